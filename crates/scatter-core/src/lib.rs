@@ -1,1 +1,50 @@
-//! Skeleton.
+//! The model of volumetric shadows: what every technique of Scatter reads, computes and returns.
+//!
+//! A frame flows through these modules in the order in which they stand here. An engine describes what it has
+//! ([`Camera`], [`DepthMap`], [`Light`] with its [`ShadowMap`], [`Medium`]) and puts it into a [`Frame`]; a technique
+//! behind [`VolumetricShadow`] fills a [`ScatterImage`]. In between lie the closed forms of one lit interval, which
+//! all techniques share, and the [`SceneFacts`] that tell them what a scene does not need.
+
+mod camera;
+mod depth_map;
+mod light;
+mod medium;
+mod phase;
+mod shadow_map;
+
+mod frame;
+mod scene_facts;
+
+mod lamp_interval;
+mod ray_light;
+mod sun_interval;
+
+mod quality;
+mod technique;
+
+mod render_stats;
+mod scatter_image;
+
+mod error;
+
+#[cfg(test)]
+mod engine_matrices;
+
+pub use camera::{Camera, Projection, ViewRay, Window};
+pub use depth_map::{DepthEncoding, DepthMap};
+pub use error::ModelError;
+pub use frame::{Frame, ShadowMapSource};
+pub use lamp_interval::{LampIntegral, LampRay, airlight};
+pub use light::{DirectionalLight, Light, LightTexture, PointLight, SpotLight};
+pub use medium::{Medium, Scattering};
+pub use phase::{INV_4PI, Phase};
+pub use quality::{Quality, Target};
+pub use ray_light::RayLight;
+pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
+pub use scatter_image::ScatterImage;
+pub use scene_facts::{LightKind, SceneFacts};
+pub use shadow_map::{CubeShadow, MapProjection, MapRay, ShadowLayer, ShadowMap, cube_face_of};
+pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
+pub use technique::{
+    OptionError, OptionInfo, RenderError, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
+};

@@ -1,0 +1,269 @@
+//! One frame: what an engine has anyway, borrowed, and checked once so that a [`Frame`] that exists is sane.
+
+use glam::DVec3;
+
+use crate::camera::Camera;
+use crate::depth_map::DepthMap;
+use crate::error::ModelError;
+use crate::light::{Light, LightTexture};
+use crate::medium::Medium;
+use crate::shadow_map::ShadowMap;
+use crate::technique::RenderError;
+
+/// Camera, depth, light with its shadows, medium: all that a technique reads.
+#[derive(Clone, Copy)]
+pub struct Frame<'a> {
+    camera: &'a Camera,
+    depth: DepthMap<'a>,
+    light: &'a Light,
+    shadow: &'a ShadowMap<'a>,
+    medium: &'a Medium,
+    max_distance: f64,
+    texture: Option<&'a LightTexture<'a>>,
+    shadow_source: Option<&'a dyn ShadowMapSource>,
+}
+
+/// Renders shadow maps of the frame's scene on request, for techniques that want a map of their own.
+pub trait ShadowMapSource: Sync {
+    /// Fills `out`, `[row][column]` with row 0 on top, with the depth `z/w` of the first surface (the smallest) seen
+    /// through the column-major `clip_from_world`, x right, y up, `size = [width, height]`; `+∞` for no surface.
+    ///
+    /// Surfaces before the near plane (`z < 0`) count, clamped to 0; what is behind the projection's centre
+    /// (`w ≤ 0`) and beyond `z = w` does not.
+    fn render(
+        &self,
+        clip_from_world: [[f64; 4]; 4],
+        size: [u32; 2],
+        out: &mut [f32],
+    ) -> Result<(), RenderError>;
+}
+
+impl<'a> Frame<'a> {
+    /// Borrows a frame; checks how its parts fit each other (each part has checked itself).
+    ///
+    /// `max_distance` ≥ 0 \[world units\] is where rays end that hit nothing nearer; it may be ∞ if the medium
+    /// extinguishes every channel that scatters.
+    pub fn new(
+        camera: &'a Camera,
+        depth: DepthMap<'a>,
+        light: &'a Light,
+        shadow: &'a ShadowMap<'a>,
+        medium: &'a Medium,
+        max_distance: f64,
+    ) -> Result<Self, ModelError> {
+        if depth.size() != camera.size() {
+            let ([w, h], [cw, ch]) = (depth.size(), camera.size());
+            return Err(ModelError::Mismatch(format!(
+                "the depth map is {w}x{h} and the camera's image {cw}x{ch}; give both the same size"
+            )));
+        }
+        check_range(max_distance, light, medium)?;
+        check_lamp(camera, light)?;
+        check_shadow(light, shadow)?;
+        let frame =
+            Self { camera, depth, light, shadow, medium, max_distance, texture: None, shadow_source: None };
+        Ok(frame)
+    }
+
+    /// The same frame with a colour texture in front of its light.
+    pub fn with_texture(self, texture: &'a LightTexture<'a>) -> Self {
+        Self { texture: Some(texture), ..self }
+    }
+
+    /// The same frame with a source of further shadow maps.
+    pub fn with_shadow_source(self, source: &'a dyn ShadowMapSource) -> Self {
+        Self { shadow_source: Some(source), ..self }
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &'a Camera {
+        self.camera
+    }
+
+    /// Distances along the pixels' rays.
+    pub fn depth(&self) -> DepthMap<'a> {
+        self.depth
+    }
+
+    /// The light of this pass.
+    pub fn light(&self) -> &'a Light {
+        self.light
+    }
+
+    /// What shadows it.
+    pub fn shadow(&self) -> &'a ShadowMap<'a> {
+        self.shadow
+    }
+
+    /// The coloured glass in front of it.
+    pub fn texture(&self) -> Option<&'a LightTexture<'a>> {
+        self.texture
+    }
+
+    /// The medium.
+    pub fn medium(&self) -> &'a Medium {
+        self.medium
+    }
+
+    /// Where rays end that hit nothing nearer \[world units\], ≥ 0 or ∞.
+    pub fn max_distance(&self) -> f64 {
+        self.max_distance
+    }
+
+    /// A source of further shadow maps, where the caller has one.
+    pub fn shadow_source(&self) -> Option<&'a dyn ShadowMapSource> {
+        self.shadow_source
+    }
+
+    /// Where the ray of pixel `(x, y)` ends: its surface, or `max_distance` if that is nearer.
+    pub fn ray_end(&self, x: u32, y: u32) -> f64 {
+        f64::from(self.depth.at(x, y)).min(self.max_distance)
+    }
+
+    /// `[width, height]` of the image.
+    pub fn size(&self) -> [u32; 2] {
+        self.camera.size()
+    }
+}
+
+fn check_range(max_distance: f64, light: &Light, medium: &Medium) -> Result<(), ModelError> {
+    if !(max_distance >= 0.0) {
+        return Err(ModelError::OutOfRange {
+            field: "max_distance".into(),
+            value: max_distance,
+            range: "a number ≥ 0, or ∞ in a medium with extinction",
+        });
+    }
+    let endless = max_distance == f64::INFINITY && matches!(light, Light::Directional(_));
+    // σt = 0 in a channel means that it scatters nothing either, so the integral is 0 there, not infinite; but a
+    // channel with σt > 0 converges. Nothing to refuse but a σ so small that 1/σ overflows.
+    let overflows = medium.sigma_t().iter().any(|&sigma| sigma > 0.0 && !(1.0 / sigma).is_finite());
+    if endless && overflows {
+        return Err(ModelError::Mismatch(
+            "max_distance is ∞ and the extinction is below 1e-308; give a finite max_distance".into(),
+        ));
+    }
+    Ok(())
+}
+
+fn check_lamp(camera: &Camera, light: &Light) -> Result<(), ModelError> {
+    match light.position() {
+        Some(position) if position == camera.eye() => Err(ModelError::Mismatch(
+            "the lamp is at the camera's eye, where the integral diverges; move one of them".into(),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn check_shadow(light: &Light, shadow: &ShadowMap<'_>) -> Result<(), ModelError> {
+    let mismatch = |message: &str| Err(ModelError::Mismatch(message.into()));
+    match (light, shadow) {
+        (_, ShadowMap::Unshadowed) => Ok(()),
+        (Light::Directional(sun), ShadowMap::Orthographic(_) | ShadowMap::Cascades(_)) => {
+            for layer in shadow.layers() {
+                let projection = layer.projection();
+                if projection.is_perspective() {
+                    return mismatch(
+                        "a directional light has a perspective shadow map; give a parallel projection",
+                    );
+                }
+                // Moving along the light must not leave the texel: 1e-6 texels a texel's width of depth.
+                let [u, v, depth] = projection.rows().map(|row| row.truncate().dot(sun.direction()));
+                let scale = projection.rows().map(|row| row.truncate().length());
+                if depth <= 0.0 || u.abs() > 1e-6 * scale[0] || v.abs() > 1e-6 * scale[1] {
+                    return mismatch(
+                        "the shadow map does not look along the directional light; build it from light.direction",
+                    );
+                }
+            }
+            Ok(())
+        }
+        (Light::Directional(_), _) => {
+            mismatch("a directional light needs an orthographic shadow map, cascades, or none")
+        }
+        (Light::Point(_), ShadowMap::Cube(cube)) => at_the_lamp(light, cube.position()),
+        (Light::Point(_), _) => mismatch("a point light needs a cube shadow map, or none"),
+        (Light::Spot(_), ShadowMap::Cube(cube)) => at_the_lamp(light, cube.position()),
+        (Light::Spot(_), ShadowMap::Perspective(layer)) => {
+            if !layer.projection().is_perspective() {
+                return mismatch("a spot light has a parallel shadow map; give a perspective projection");
+            }
+            match layer.projection().light_ray(0.5, 0.5) {
+                Some((position, _)) => at_the_lamp(light, position),
+                None => mismatch("the spot's shadow map has a singular projection; build it from the spot"),
+            }
+        }
+        (Light::Spot(_), _) => mismatch("a spot light needs a perspective or a cube shadow map, or none"),
+    }
+}
+
+/// The map's centre against the lamp's: 1e-6 of their distance from the origin allows for f32 matrices.
+fn at_the_lamp(light: &Light, centre: DVec3) -> Result<(), ModelError> {
+    let Some(position) = light.position() else { return Ok(()) };
+    let tolerance = 1e-5 * (1.0 + position.length());
+    if centre.distance(position) <= tolerance {
+        Ok(())
+    } else {
+        Err(ModelError::Mismatch(
+            "the shadow map's centre is not at the lamp; build it from light.position".into(),
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::phase::Phase;
+    use crate::shadow_map::{CubeShadow, MapProjection, ShadowLayer};
+
+    fn camera() -> Camera {
+        Camera::perspective([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], 60.0, [3, 2]).unwrap()
+    }
+
+    fn medium() -> Medium {
+        Medium::homogeneous([0.1; 3], [0.0; 3], Phase::Isotropic).unwrap()
+    }
+
+    fn message(light: &Light, shadow: &ShadowMap<'_>, max_distance: f64) -> String {
+        let (camera, medium, depth) = (camera(), medium(), [1.0f32; 6]);
+        let depth = DepthMap::new(&depth, [3, 2]).unwrap();
+        match Frame::new(&camera, depth, light, shadow, &medium, max_distance) {
+            Ok(_) => String::new(),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn parts_that_do_not_fit_are_refused() {
+        let sun = Light::directional([0.0, -1.0, 0.0], [1.0; 3]).unwrap();
+        let lamp = Light::point([1.0, 2.0, 3.0], [1.0; 3], 0.0).unwrap();
+        let texels = [1.0f32; 24];
+        let cube = ShadowMap::Cube(CubeShadow::new([1.0, 2.0, 3.0], 2, &texels).unwrap());
+        let elsewhere = ShadowMap::Cube(CubeShadow::new([1.0, 2.0, 4.0], 2, &texels).unwrap());
+        let map = |forward: [f64; 3]| {
+            let p =
+                MapProjection::orthographic([0.0; 3], forward, [0.0, 0.0, 1.0], [1.0; 2], [2, 2]).unwrap();
+            ShadowMap::Orthographic(ShadowLayer::new(p, &texels[..4]).unwrap())
+        };
+        assert_eq!(message(&sun, &map([0.0, -1.0, 0.0]), 10.0), "");
+        assert!(message(&sun, &map([0.1, -1.0, 0.0]), 10.0).contains("look along"));
+        assert!(message(&sun, &map([0.0, 1.0, 0.0]), 10.0).contains("look along"));
+        assert!(message(&sun, &cube, 10.0).contains("orthographic"));
+        assert_eq!(message(&lamp, &cube, 10.0), "");
+        assert!(message(&lamp, &elsewhere, 10.0).contains("not at the lamp"));
+        assert!(message(&lamp, &map([0.0, -1.0, 0.0]), 10.0).contains("cube"));
+        assert!(message(&lamp, &cube, f64::NAN).contains("max_distance"));
+        assert!(message(&lamp, &cube, -1.0).contains("max_distance"));
+        assert_eq!(message(&lamp, &cube, f64::INFINITY), "");
+        let at_eye = Light::point([0.0; 3], [1.0; 3], 0.0).unwrap();
+        assert!(message(&at_eye, &ShadowMap::Unshadowed, 10.0).contains("eye"));
+    }
+
+    #[test]
+    fn the_depth_map_has_the_size_of_the_image() {
+        let (camera, medium, depth) = (camera(), medium(), [1.0f32; 6]);
+        let sun = Light::directional([0.0, -1.0, 0.0], [1.0; 3]).unwrap();
+        let depth = DepthMap::new(&depth, [2, 3]).unwrap();
+        assert!(Frame::new(&camera, depth, &sun, &ShadowMap::Unshadowed, &medium, 1.0).is_err());
+    }
+}

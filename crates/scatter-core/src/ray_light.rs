@@ -1,0 +1,106 @@
+//! The light as one view ray sees it: the in-scattered radiance of a lit interval, exactly, for any light and medium.
+//!
+//! This is the one place that turns [`sun_interval`] and [`LampIntegral`] into radiance for the f64 references
+//! (the exact walk through a shadow map, ray-cast truth) and for unoccluded pixels.
+
+use glam::DVec3;
+
+use crate::camera::ViewRay;
+use crate::lamp_interval::{LampIntegral, LampRay};
+use crate::light::Light;
+use crate::medium::Medium;
+use crate::sun_interval::sun_interval;
+
+/// Strength, phase and geometry of a light along one view ray; f64.
+#[derive(Debug, Clone)]
+pub struct RayLight<'a> {
+    kind: Kind<'a>,
+}
+
+#[derive(Debug, Clone)]
+enum Kind<'a> {
+    Sun {
+        /// `E · Σ σs·p`: constant along the ray, so the phase function stays out of every sum.
+        source: DVec3,
+        sigma_t: DVec3,
+        grey: bool,
+    },
+    Lamp {
+        intensity: DVec3,
+        integral: LampIntegral<'a>,
+    },
+}
+
+impl<'a> RayLight<'a> {
+    /// For a ray of a camera whose eye is at `eye` (world space).
+    pub fn new(light: &Light, medium: &'a Medium, eye: DVec3, ray: &ViewRay) -> Self {
+        let direction = ray.direction;
+        let kind = match light {
+            Light::Directional(sun) => {
+                // To the camera is −direction; |travel − to camera|²/4 is sin²(θ/2) without cancellation.
+                let haversine = 0.25 * (sun.direction() + direction).length_squared();
+                Kind::Sun {
+                    source: DVec3::from(sun.irradiance()) * medium.scattering_towards(haversine),
+                    sigma_t: medium.sigma_t().into(),
+                    grey: medium.is_grey(),
+                }
+            }
+            Light::Point(lamp) => {
+                let relative = lamp.position() - eye;
+                let lamp_ray = LampRay::new(ray.origin, direction, relative, lamp.radius());
+                Kind::Lamp {
+                    intensity: lamp.intensity().into(),
+                    integral: LampIntegral::point(lamp_ray, medium),
+                }
+            }
+            Light::Spot(spot) => {
+                let lamp = spot.lamp();
+                let relative = lamp.position() - eye;
+                let lamp_ray = LampRay::new(ray.origin, direction, relative, lamp.radius());
+                let integral = LampIntegral::spot(lamp_ray, medium, spot, ray.origin, direction, relative);
+                Kind::Lamp { intensity: lamp.intensity().into(), integral }
+            }
+        };
+        Self { kind }
+    }
+
+    /// In-scattered RGB radiance \[W/(m²·sr)\] of the lit interval `[a, b]`, 0 ≤ a ≤ b ≤ ∞.
+    pub fn interval(&self, a: f64, b: f64) -> DVec3 {
+        match &self.kind {
+            Kind::Sun { source, sigma_t, grey: true } => *source * sun_interval(sigma_t.x, a, b),
+            Kind::Sun { source, sigma_t, grey: false } => {
+                *source * DVec3::from(sigma_t.to_array().map(|sigma| sun_interval(sigma, a, b)))
+            }
+            Kind::Lamp { intensity, integral } => *intensity * integral.interval(a, b),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::phase::Phase;
+
+    #[test]
+    fn looking_into_the_sun_through_a_forward_scattering_haze_is_brightest() {
+        let medium = Medium::homogeneous([0.1; 3], [0.0; 3], Phase::HenyeyGreenstein { g: 0.8 }).unwrap();
+        let sun = Light::directional([0.0, 0.0, 1.0], [1.0; 3]).unwrap();
+        let radiance = |direction: DVec3| {
+            let ray = ViewRay { origin: DVec3::ZERO, direction };
+            RayLight::new(&sun, &medium, DVec3::ZERO, &ray).interval(0.0, 5.0).x
+        };
+        // Towards the sun is against its travel. The ratio of the lobes is ((1+g)/(1−g))³ = 729.
+        assert!((radiance(DVec3::NEG_Z) / radiance(DVec3::Z) - 729.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn coloured_extinction_is_taken_channel_by_channel() {
+        let medium = Medium::homogeneous([0.1, 0.2, 0.0], [0.0; 3], Phase::Isotropic).unwrap();
+        let sun = Light::directional([1.0, 0.0, 0.0], [4.0, 2.0, 1.0]).unwrap();
+        let ray = ViewRay { origin: DVec3::ZERO, direction: DVec3::Z };
+        let value = RayLight::new(&sun, &medium, DVec3::ZERO, &ray).interval(0.0, 3.0);
+        let exact = |e: f64, sigma: f64| e * (1.0 - (-sigma * 3.0).exp()) * crate::INV_4PI;
+        assert!((value.x - exact(4.0, 0.1)).abs() < 1e-15 && (value.y - exact(2.0, 0.2)).abs() < 1e-15);
+        assert_eq!(value.z, 0.0);
+    }
+}

@@ -1,0 +1,113 @@
+//! What a render did: the time of each stage, memory, counts that do not depend on the machine, what was modelled.
+//!
+//! All lists have a fixed capacity inside of the struct, so that returning them allocates nothing.
+
+use std::time::Duration;
+
+/// Most entries that a list of [`RenderStats`] holds; further ones are dropped.
+pub const STATS_CAPACITY: usize = 12;
+
+/// A short list of named values, in the order in which they were added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NamedList<T> {
+    entries: [Option<(&'static str, T)>; STATS_CAPACITY],
+}
+
+/// The report of one render.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RenderStats {
+    /// Time of each stage, in the order of the pipeline. Zero on targets without a clock.
+    pub stages: NamedList<Duration>,
+    /// Machine-independent counts: shadow-map fetches, tree updates, queries, segments.
+    pub counts: NamedList<u64>,
+    /// What was modelled, as the scene required it: `transmittance`, `rgb-extinction`, `phase`, …
+    pub modelled: NamedList<()>,
+    /// Bytes that the technique holds between frames, its output not counted.
+    pub memory_bytes: u64,
+}
+
+impl<T: Copy> Default for NamedList<T> {
+    fn default() -> Self {
+        Self { entries: [None; STATS_CAPACITY] }
+    }
+}
+
+impl<T: Copy> NamedList<T> {
+    /// Appends a value.
+    pub fn push(&mut self, name: &'static str, value: T) {
+        if let Some(free) = self.entries.iter_mut().find(|entry| entry.is_none()) {
+            *free = Some((name, value));
+        }
+    }
+
+    /// All entries in order.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, T)> + '_ {
+        self.entries.iter().copied().flatten()
+    }
+
+    /// The value of the first entry with that name.
+    pub fn get(&self, name: &str) -> Option<T> {
+        self.iter().find(|(n, _)| *n == name).map(|(_, value)| value)
+    }
+}
+
+impl RenderStats {
+    /// Sum over all stages.
+    pub fn total_time(&self) -> Duration {
+        self.stages.iter().map(|(_, time)| time).sum()
+    }
+}
+
+/// Measures the stages of a render. On wasm there is no clock: all times are zero.
+#[derive(Debug)]
+pub struct StageClock {
+    #[cfg(not(target_family = "wasm"))]
+    last: std::time::Instant,
+}
+
+impl StageClock {
+    /// Starts the first stage.
+    pub fn start() -> Self {
+        Self {
+            #[cfg(not(target_family = "wasm"))]
+            last: std::time::Instant::now(),
+        }
+    }
+
+    /// Ends the current stage, writes its time under `name` and starts the next one.
+    pub fn lap(&mut self, stats: &mut RenderStats, name: &'static str) {
+        #[cfg(not(target_family = "wasm"))]
+        {
+            let now = std::time::Instant::now();
+            stats.stages.push(name, now - self.last);
+            self.last = now;
+        }
+        #[cfg(target_family = "wasm")]
+        stats.stages.push(name, Duration::ZERO);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_keep_their_order_and_add_up() {
+        let mut stats = RenderStats::default();
+        let mut clock = StageClock::start();
+        clock.lap(&mut stats, "rectify");
+        clock.lap(&mut stats, "integrate");
+        assert_eq!(stats.stages.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["rectify", "integrate"]);
+        let sum = stats.stages.get("rectify").unwrap() + stats.stages.get("integrate").unwrap();
+        assert_eq!(stats.total_time(), sum);
+    }
+
+    #[test]
+    fn a_full_list_drops_what_comes_after() {
+        let mut counts = NamedList::default();
+        for value in 0..100u64 {
+            counts.push("n", value);
+        }
+        assert_eq!(counts.iter().count(), STATS_CAPACITY);
+    }
+}
