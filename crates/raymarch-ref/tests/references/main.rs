@@ -1,5 +1,8 @@
 //! Both references against mathematics, against dense sampling, and against each other.
 
+mod analytic;
+mod determinism;
+mod extremes;
 mod march_against_walk;
 mod random_scene;
 mod walk_against_sampling;
