@@ -11,6 +11,7 @@ mod light;
 mod medium;
 mod phase;
 mod shadow_map;
+mod texel_walk;
 
 mod frame;
 mod scene_facts;
@@ -48,3 +49,4 @@ pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
 pub use technique::{
     OptionError, OptionInfo, RenderError, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
 };
+pub use texel_walk::{TexelSpan, TexelWalk};
