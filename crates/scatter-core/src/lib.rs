@@ -17,6 +17,7 @@ mod frame;
 mod scene_facts;
 
 mod lamp_interval;
+mod lamp_interval_f32;
 mod ray_light;
 mod sun_interval;
 
@@ -36,6 +37,7 @@ pub use depth_map::{DepthEncoding, DepthMap};
 pub use error::ModelError;
 pub use frame::{Frame, ShadowMapSource};
 pub use lamp_interval::{LampIntegral, LampRay, airlight};
+pub use lamp_interval_f32::LampIntegralF32;
 pub use light::{DirectionalLight, Light, LightTexture, PointLight, SpotLight};
 pub use medium::{Medium, Scattering};
 pub use phase::{INV_4PI, Phase};
