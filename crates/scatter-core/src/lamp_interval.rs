@@ -161,8 +161,6 @@ impl<'a> LampIntegral<'a> {
         }
         let h = self.ray.distance;
         let sigma_t = DVec3::from(self.medium.sigma_t());
-        // The weakest extinction decides how far the integral reaches, the strongest how long a panel may be.
-        let (weakest, strongest) = (sigma_t.min_element(), sigma_t.max_element());
         let length = self.ray.log_path_ratio(a, b);
         let start_path = self.ray.path(a);
         // exp(−σ(t + d)) at the start; from there on only the growth of p counts.
@@ -173,16 +171,17 @@ impl<'a> LampIntegral<'a> {
         let mut done = 0.0;
         while done < length {
             let path = start_path * f64::exp(done);
-            if weakest * (path - start_path) > NEGLIGIBLE_OPTICAL_DEPTH {
+            // The steepest channel that still counts decides how long a panel may be; none left is the end.
+            let counts = |sigma: f64| sigma * (path - start_path) <= NEGLIGIBLE_OPTICAL_DEPTH;
+            let Some(steepest) = sigma_t.to_array().into_iter().filter(|&s| counts(s)).reduce(f64::max)
+            else {
                 break;
-            }
+            };
             // Without extinction and b = ∞ the integrand falls as 1/p: p = 1e17·h is the end of f64.
             if path > 1e17 * h && path > 1e17 * start_path {
                 break;
             }
-            let strongest_here =
-                if strongest * (path - start_path) > NEGLIGIBLE_OPTICAL_DEPTH { weakest } else { strongest };
-            let optical_step = (PANEL_OPTICAL_DEPTH / (strongest_here * path)).ln_1p();
+            let optical_step = (PANEL_OPTICAL_DEPTH / (steepest * path)).ln_1p();
             let step = (length - done).min(longest_panel).min(optical_step);
             self.add_panel(start_path, done, step, start_transmittance, sum);
             // An optical step too small to move `done` would never end; it is beyond all weight then.
@@ -448,6 +447,24 @@ mod tests {
                 // Midpoint: (Δt)²/24·(b−a)·max f'' with Δt = 2.7e-5; the cone's kinks are steepest (s = 1000).
                 let error = ((value - exact) / exact.max(DVec3::splat(1e-12))).abs().max_element();
                 assert!(error < 2e-6, "g {g}, {light:?}: {value} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_channel_is_as_exact_beside_others_as_alone() {
+        // Extinctions a thousandfold apart: the panels must resolve the middle one after the first has faded.
+        let sigmas = [1e3, 1.0, 1e-3];
+        let phase = Phase::HenyeyGreenstein { g: 0.5 };
+        let together = Medium::homogeneous(sigmas, [0.0; 3], phase).unwrap();
+        for angle in [1e-4, 0.3, 2.0] {
+            let ray = ray(2.0, angle);
+            let value = LampIntegral::point(ray, &together).interval(0.1, 60.0);
+            for (channel, &sigma) in sigmas.iter().enumerate() {
+                let alone = Medium::homogeneous([sigma; 3], [0.0; 3], phase).unwrap();
+                let exact = LampIntegral::point(ray, &alone).interval(0.1, 60.0).x;
+                let error = (value[channel] - exact).abs();
+                assert!(error <= 1e-12 * exact, "{angle} {sigma}: {} {exact}", value[channel]);
             }
         }
     }

@@ -184,17 +184,17 @@ impl<'a> LampIntegralF32<'a> {
         }
     }
 
-    /// Panels of equal length in r, at most [`PANEL_OPTICAL_DEPTH`] of the strongest channel each.
+    /// Panels in r, each at most [`PANEL_OPTICAL_DEPTH`] of the steepest channel that still counts, and at most an
+    /// octave.
     fn optical_panels(&self, start: f32, from: f32, to: f32, kappa: Vec3, sum: &mut Vec3) {
-        let strongest = kappa.max_element();
         let to = to.max(from);
-        // A weaker channel reaches farther; panels then grow with r, one e-fold at most.
         let mut r = from;
         while r < to {
-            let optical = PANEL_OPTICAL_DEPTH / strongest;
-            let faded = strongest * (r - start) > NEGLIGIBLE_OPTICAL_DEPTH;
-            let weakest_step = PANEL_OPTICAL_DEPTH / kappa.min_element();
-            let step = (to - r).min(if faded { weakest_step.min(r) } else { optical.min(r) });
+            let counts = |kappa: f32| kappa * (r - start) <= NEGLIGIBLE_OPTICAL_DEPTH;
+            let Some(steepest) = kappa.to_array().into_iter().filter(|&k| counts(k)).reduce(f32::max) else {
+                break;
+            };
+            let step = (to - r).min(PANEL_OPTICAL_DEPTH / steepest).min(r);
             for node in 0..4 {
                 let here = r + step * NODES[node];
                 *sum += self.integrand(here) * self.exp(-kappa * (here - start)) * (WEIGHTS[node] * step);
