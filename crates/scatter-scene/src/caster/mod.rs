@@ -8,6 +8,7 @@ mod weld;
 
 use glam::DVec3;
 
+use crate::load::MAX_COORDINATE;
 use crate::scene::Scene;
 
 pub(crate) use bvh::{Bvh, F32_ROUNDING, Node, Pending};
@@ -66,8 +67,6 @@ pub enum CasterError {
     },
 }
 
-/// Largest coordinate \[world units\]: sums of squares and the f32 tree stay far from overflow.
-const LARGEST_COORDINATE: f64 = 1e15;
 /// obvhs numbers up to twice as many nodes in 32 bits.
 const LARGEST_COUNT: usize = 1 << 30;
 
@@ -80,10 +79,8 @@ impl SceneCaster {
                 return Err(CasterError::TooMany { what, found, limit: LARGEST_COUNT });
             }
         }
-        let bad = scene
-            .positions
-            .iter()
-            .position(|p| !(p.abs().max_element() <= LARGEST_COORDINATE && p.is_finite()));
+        let bad =
+            scene.positions.iter().position(|p| !(p.abs().max_element() <= MAX_COORDINATE && p.is_finite()));
         if let Some(index) = bad {
             let DVec3 { x, y, z } = scene.positions[index];
             return Err(CasterError::BadVertex { index, x, y, z });
@@ -148,9 +145,9 @@ impl SceneCaster {
         self.any_crossing(&RayPlane::any(start, DVec3::ZERO, along), limit)
     }
 
-    /// Distinct world-space positions, also those that no triangle uses.
-    pub(crate) fn positions(&self) -> &[DVec3] {
-        &self.positions
+    /// The corners of all triangles, shared ones repeatedly.
+    pub(crate) fn all_corners(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.triangles.iter().flatten().map(|&index| self.positions[index as usize])
     }
 
     pub(crate) fn bvh(&self) -> &Bvh {

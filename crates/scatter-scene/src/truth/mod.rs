@@ -171,6 +171,13 @@ fn ray_radiance(
 }
 
 /// In-scattered radiance of the lit interval `[a, b]`, through the light's texture if it has one.
-fn lit_radiance(_frame: &Frame<'_>, light: &RayLight<'_>, _ray: &ViewRay, a: f64, b: f64) -> DVec3 {
-    light.interval(a, b)
+fn lit_radiance(frame: &Frame<'_>, light: &RayLight<'_>, ray: &ViewRay, a: f64, b: f64) -> DVec3 {
+    let Some(texture) = frame.texture() else { return light.interval(a, b) };
+    let mut sum = DVec3::ZERO;
+    texture.pieces(frame.camera().eye(), ray.origin, ray.direction, [a, b], |a, b, colour| {
+        if colour != [0.0; 3] {
+            sum += light.interval(a, b) * DVec3::from(colour.map(f64::from));
+        }
+    });
+    sum
 }
