@@ -1,0 +1,34 @@
+//! Rows and bands of an image on the caller's rayon pool, or one after the other without the feature `rayon`.
+//!
+//! Every row is computed alone, so that the number of threads cannot change a bit.
+
+/// Calls `work(index, row)` for every row of `width` values; the last one may be shorter.
+pub fn for_each_row<T: Send>(values: &mut [T], width: usize, work: impl Fn(usize, &mut [T]) + Sync) {
+    #[cfg(feature = "rayon")]
+    {
+        use rayon::prelude::*;
+        values.par_chunks_mut(width).enumerate().for_each(|(index, row)| work(index, row));
+    }
+    #[cfg(not(feature = "rayon"))]
+    values.chunks_mut(width).enumerate().for_each(|(index, row)| work(index, row));
+}
+
+/// Calls `work(index, a, b)` for the bands of two images of the same size, `length` pixels each, and adds up what
+/// it returns.
+pub fn sum_over_bands<T: Send>(
+    (a, b): (&mut [T], &mut [T]),
+    length: usize,
+    work: impl Fn(usize, &mut [T], &mut [T]) -> u64 + Sync,
+) -> u64 {
+    #[cfg(feature = "rayon")]
+    {
+        use rayon::prelude::*;
+        a.par_chunks_mut(length)
+            .zip(b.par_chunks_mut(length))
+            .enumerate()
+            .map(|(index, (a, b))| work(index, a, b))
+            .sum()
+    }
+    #[cfg(not(feature = "rayon"))]
+    a.chunks_mut(length).zip(b.chunks_mut(length)).enumerate().map(|(index, (a, b))| work(index, a, b)).sum()
+}

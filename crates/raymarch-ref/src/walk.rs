@@ -1,0 +1,187 @@
+//! Shadow-map truth: the exact walk of every pixel's ray through the given shadow map (1-model.md, level 3).
+//!
+//! Visibility is that of the map by nearest texel; each lit stretch is integrated in closed form. There is no step
+//! size and so no step error: this is what a technique that reads this shadow map can reach at best. f64.
+
+mod map_path;
+mod min_max_tree;
+mod texel_walk;
+
+use glam::DVec3;
+use scatter_core::{
+    Frame, LightTexture, RayLight, RenderError, RenderStats, ScatterImage, SceneFacts, StageClock,
+    Unsupported, ViewRay, VolumetricShadow,
+};
+
+use crate::map_segments::{inside, layer_of, visit_segments};
+use crate::parallel;
+use map_path::MapPath;
+use min_max_tree::MinMaxTrees;
+use texel_walk::{LitParts, walk_layer};
+
+/// The id of [`ShadowMapWalk`].
+pub const WALK_ID: &str = "truth-shadow-map";
+
+/// The reference: exact for the given shadow map, every light, medium, map and camera of the model. No options.
+#[derive(Debug, Clone)]
+pub struct ShadowMapWalk {
+    trees: MinMaxTrees,
+    skips: bool,
+}
+
+impl Default for ShadowMapWalk {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl ShadowMapWalk {
+    /// The walk that skips uniform blocks of the map by a min/max quadtree.
+    pub fn new() -> Self {
+        Self { trees: MinMaxTrees::default(), skips: true }
+    }
+
+    /// The walk that asks every texel: the same image to the last bit, many times slower. What the other one is
+    /// tested against.
+    pub fn plain() -> Self {
+        Self { skips: false, ..Self::new() }
+    }
+
+    fn pixel(&self, frame: &Frame<'_>, x: u32, y: u32) -> (DVec3, u64) {
+        let eye = frame.camera().eye();
+        let ray = frame.camera().pixel_ray(x, y);
+        let light = RayLight::new(frame.light(), frame.medium(), eye, &ray);
+        let mut sum = DVec3::ZERO;
+        let mut asked = 0;
+        let mut lit = LitParts::new(|a, b| match frame.texture() {
+            None => sum += light.interval(a, b),
+            Some(texture) => add_coloured(texture, eye, &ray, &light, (a, b), &mut sum),
+        });
+        visit_segments(frame.shadow(), eye, &ray, frame.ray_end(x, y), &mut |segment| {
+            let layer = segment.layer.and_then(|index| Some((index, layer_of(frame.shadow(), index)?)));
+            match layer {
+                None => lit.push(segment.start, segment.end),
+                Some((index, layer)) => {
+                    let tree = self.skips.then(|| self.trees.layer(index));
+                    let path = layer.projection().ray(eye, ray.origin, ray.direction);
+                    asked += walk_layer(&layer, tree, path, (segment.start, segment.end), &mut lit);
+                }
+            }
+        });
+        lit.finish();
+        (sum, asked)
+    }
+}
+
+impl VolumetricShadow for ShadowMapWalk {
+    fn id(&self) -> &'static str {
+        WALK_ID
+    }
+
+    fn supports(&self, _frame: &Frame<'_>) -> Result<(), Unsupported> {
+        Ok(())
+    }
+
+    fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
+        let mut stats = RenderStats::default();
+        let mut clock = StageClock::start();
+        let [width, height] = frame.size();
+        out.resize(frame.size());
+        if self.skips {
+            self.trees.build(frame.shadow());
+            clock.lap(&mut stats, "min-max tree");
+        }
+        let walk = &*self;
+        let (inscattered, transmittance) = out.pixels_mut();
+        let band = |index: usize, inscattered: &mut [[f32; 3]], transmittance: &mut [[f32; 3]]| {
+            let y = index as u32;
+            let mut asked = 0;
+            for ((x, radiance), through) in (0..width).zip(inscattered).zip(transmittance) {
+                let (sum, texels) = walk.pixel(frame, x, y);
+                *radiance = sum.as_vec3().to_array();
+                *through = frame.medium().transmittance(frame.ray_end(x, y)).map(|t| t as f32);
+                asked += texels;
+            }
+            asked
+        };
+        let asked = parallel::sum_over_bands((inscattered, transmittance), width as usize, band);
+        clock.lap(&mut stats, "walk");
+        stats.counts.push("shadow-map fetches", asked);
+        stats.counts.push("rays", u64::from(width) * u64::from(height));
+        crate::push_modelled(&mut stats, &SceneFacts::of(frame));
+        stats.memory_bytes = self.trees.memory_bytes();
+        Ok(stats)
+    }
+}
+
+/// Adds a lit stretch behind coloured glass: piece by piece of the texture's texels, neighbours of one colour
+/// together.
+fn add_coloured(
+    texture: &LightTexture<'_>,
+    eye: DVec3,
+    ray: &ViewRay,
+    light: &RayLight<'_>,
+    (a, b): (f64, f64),
+    sum: &mut DVec3,
+) {
+    let mut open: Option<([f32; 3], f64, f64)> = None;
+    let mut push = |colour: [f32; 3], from: f64, to: f64| {
+        if !(to > from) {
+            return;
+        }
+        match &mut open {
+            Some((same, _, end)) if *same == colour => *end = to,
+            _ => {
+                if let Some((colour, from, to)) = open.replace((colour, from, to)) {
+                    *sum += tint(colour) * light.interval(from, to);
+                }
+            }
+        }
+    };
+    let projection = texture.projection();
+    let path = projection.ray(eye, ray.origin, ray.direction);
+    match inside(projection, &path, a, b) {
+        None => push([1.0; 3], a, b),
+        Some((start, end)) => {
+            push([1.0; 3], a, start);
+            match MapPath::new(path, projection.is_perspective(), projection.size(), start, end) {
+                Some(path) => walk_colours(texture, &path, (start, end), &mut push),
+                None => push([1.0; 3], start, end),
+            }
+            push([1.0; 3], end, b);
+        }
+    }
+    if let Some((colour, from, to)) = open {
+        *sum += tint(colour) * light.interval(from, to);
+    }
+}
+
+fn tint(colour: [f32; 3]) -> DVec3 {
+    DVec3::from(colour.map(f64::from))
+}
+
+fn walk_colours(
+    texture: &LightTexture<'_>,
+    path: &MapPath,
+    (a, b): (f64, f64),
+    push: &mut impl FnMut([f32; 3], f64, f64),
+) {
+    let (mut i, mut j) = path.texel_at(a);
+    let (mut exit_u, mut exit_v) = (path.u.exit(i, 1), path.v.exit(j, 1));
+    let mut t = a;
+    loop {
+        let end = exit_u.min(exit_v).min(b);
+        push(texture.at(i as u32, j as u32), t, end);
+        if end >= b {
+            return;
+        }
+        t = end;
+        if exit_u <= exit_v {
+            i = path.u.after(i, 1);
+            exit_u = path.u.exit(i, 1);
+        } else {
+            j = path.v.after(j, 1);
+            exit_v = path.v.exit(j, 1);
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! Both references against mathematics, against dense sampling, and against each other.
+
+mod random_scene;
+mod walk_against_sampling;
