@@ -5,7 +5,8 @@
 use super::BuiltinShot;
 use super::glb_writer::{GlbScene, MeshId, Node, NodeId};
 use super::mesh::Mesh;
-use super::random::{Random, mix, unit_from_bits};
+use super::random::Random;
+use super::terrain::{sheet, smooth_noise};
 use super::tree::{Habit, Tree};
 use glam::DVec3;
 
@@ -130,38 +131,12 @@ impl Species {
 
 /// Gently rolling ground, on a grid of 1/64 m.
 pub(super) fn ground_height(x: f64, z: f64) -> f64 {
-    let smooth = |scale: f64, seed: u64| {
-        let (x, z) = (x / scale, z / scale);
-        let corner = |dx: f64, dz: f64| {
-            let cell = ((x.floor() + dx) as i64 as u64).wrapping_mul(0x1_0000_0001)
-                ^ ((z.floor() + dz) as i64 as u64).wrapping_mul(0x9e37_79b9);
-            unit_from_bits(mix(mix(cell ^ (seed << 56))))
-        };
-        let ease = |t: f64| t * t * (3.0 - 2.0 * t);
-        let (u, v) = (ease(x - x.floor()), ease(z - z.floor()));
-        let low = corner(0.0, 0.0) * (1.0 - u) + corner(1.0, 0.0) * u;
-        let high = corner(0.0, 1.0) * (1.0 - u) + corner(1.0, 1.0) * u;
-        low * (1.0 - v) + high * v - 0.5
-    };
-    ((1.2 * smooth(14.0, 1) + 0.25 * smooth(3.0, 2)) * 64.0).round() / 64.0
+    let height = 0.6 * smooth_noise(x / 14.0, z / 14.0, 1) + 0.12 * smooth_noise(x / 3.0, z / 3.0, 2);
+    (height * 64.0).round() / 64.0
 }
 
 /// The ground: a sheet, not a solid.
 pub(super) fn ground() -> Mesh {
-    let mut mesh = Mesh::default();
-    let at = |index: usize| GROUND * (index as f64 / GROUND_CELLS as f64 - 0.5);
-    for i in 0..=GROUND_CELLS {
-        for k in 0..=GROUND_CELLS {
-            let (x, z) = (at(i), at(k));
-            mesh.push_apart(DVec3::new(x, ground_height(x, z), z));
-        }
-    }
-    let row = GROUND_CELLS as u32 + 1;
-    for i in 0..GROUND_CELLS as u32 {
-        for k in 0..GROUND_CELLS as u32 {
-            let first = i * row + k;
-            mesh.quad([first, first + 1, first + row + 1, first + row]);
-        }
-    }
-    mesh
+    let half = GROUND / 2.0;
+    sheet([-half, -half], [half, half], [GROUND_CELLS; 2], ground_height)
 }

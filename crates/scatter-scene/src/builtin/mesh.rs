@@ -96,6 +96,13 @@ impl Mesh {
         self.close_rings(&rings);
     }
 
+    /// Adds the closed surface through rings of equally many points, counter-clockwise seen from the last.
+    pub(crate) fn add_rings(&mut self, rings: &[Vec<DVec3>]) {
+        let rings: Vec<Vec<u32>> =
+            rings.iter().map(|ring| ring.iter().map(|&p| self.vertex(p)).collect()).collect();
+        self.close_rings(&rings);
+    }
+
     /// Joins rings of equally many vertices, and caps both ends.
     fn close_rings(&mut self, rings: &[Vec<u32>]) {
         let (Some(bottom), Some(top)) = (rings.first(), rings.last()) else { return };

@@ -1,18 +1,25 @@
 //! The built-in shots: small deterministic scenes, each there to show one thing that techniques differ in.
 
+mod arcade;
+mod beam;
 mod blocks;
 mod comb;
 mod export;
 mod glb_writer;
 mod grove;
+mod haze;
 mod lamp;
 mod mesh;
 mod nave;
 mod obj_writer;
 mod random;
+mod stage;
+mod sunset;
+mod terrain;
 #[cfg(test)]
 mod tests;
 mod tree;
+mod valley;
 
 pub use export::{ExportError, export};
 
@@ -53,7 +60,18 @@ pub struct BuiltinFiles {
 
 /// All built-in shots, in the order in which tables show them.
 pub fn builtin_shots() -> &'static [BuiltinShot] {
-    static SHOTS: &[BuiltinShot] = &[nave::SHOT, grove::SHOT, comb::SHOT, lamp::SHOT];
+    static SHOTS: &[BuiltinShot] = &[
+        nave::SHOT,
+        grove::SHOT,
+        comb::SHOT,
+        lamp::SHOT,
+        valley::SHOT,
+        arcade::SHOT,
+        beam::SHOT,
+        stage::SHOT,
+        sunset::SHOT,
+        haze::SHOT,
+    ];
     SHOTS
 }
 

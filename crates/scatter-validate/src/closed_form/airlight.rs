@@ -20,22 +20,35 @@ pub fn lamp_radiance(lamp: &Lamp, channel: &Channel<'_>, view: DVec3, a: f64, b:
     let h = offset.length().max(1e-6 * lamp.position.length());
     // Beyond this the exponent alone is e⁻⁷⁵⁰: not even a denormal is left.
     let reach = foot + 750.0 / channel.sigma_t.max(f64::MIN_POSITIVE) + h;
-    let (x0, x1) = (a - foot, b.min(reach.max(a)) - foot);
-    // Angles from the perpendicular; the complement v = π/2 − |u| keeps its digits far from the lamp.
-    let mut kinks = Vec::new();
-    let (mut along, mut across) = (0.0, 0.0);
+    let b = b.min(reach.max(a));
+    let (x0, x1) = (a - foot, b - foot);
+    let (mut along, mut across, mut kinks) = (0.0, 0.0, Vec::new());
     if let Some(cone) = &lamp.cone {
         along = cone.axis.dot(view);
         across = cone.axis.dot(offset) / h;
         kinks = cone.crossings(along, across);
     }
+    let cone_at = |cos: f64| lamp.cone.map_or(1.0, |cone| cone.factor(cos));
+    // An interval that the lamp hardly sees turn is integrated along the ray: as a difference of two angles it would
+    // lose its digits.
+    if b - a < 0.2 * (x0.hypot(h) + x1.hypot(h)) {
+        let value = |s: f64| {
+            let x = x0 + s;
+            let d = x.hypot(h);
+            let cone = cone_at((along * x + across * h) / d);
+            channel.scattering(-x / d) * cone * (-channel.sigma_t * (a + s + d)).exp() / (d * d)
+        };
+        let ends = kinks.iter().map(|u| h * u.tan() - x0);
+        return lamp.intensity * integrate_between(&value, 0.0, b - a, ends);
+    }
+    // Angles from the perpendicular; the complement v = π/2 − |u| keeps its digits far from the lamp.
     let value = |ahead: bool, v: f64| {
         let sign = if ahead { 1.0 } else { -1.0 };
         // t + d = foot + p, p = x + d = h·(cos v·sign + 1)/sin v.
         let path = if ahead { h / (0.5 * v).tan() } else { h * (0.5 * v).tan() };
         // The light travels from the lamp outwards; behind the foot that is along the view ray, away from the eye.
         let cos_theta = -sign * v.cos();
-        let cone = lamp.cone.map_or(1.0, |cone| cone.factor(along * sign * v.cos() + across * v.sin()));
+        let cone = cone_at(along * sign * v.cos() + across * v.sin());
         channel.scattering(cos_theta) * cone * (-channel.sigma_t * (foot + path)).exp()
     };
     let mut sum = 0.0;
@@ -46,15 +59,22 @@ pub fn lamp_radiance(lamp: &Lamp, channel: &Channel<'_>, view: DVec3, a: f64, b:
         }
         let angle = |x: f64| h.atan2(x.abs());
         let (low, high) = (angle(side.0).min(angle(side.1)), angle(side.0).max(angle(side.1)));
-        let mut ends = vec![low, high];
-        ends.extend(kinks.iter().filter(|&&u| (u > 0.0) == ahead).map(|u| FRAC_PI_2 - u.abs()));
-        ends.retain(|&v| v >= low && v <= high);
-        ends.sort_by(f64::total_cmp);
-        for pair in ends.windows(2) {
-            sum += integrate(&|v| value(ahead, v), pair[0], pair[1]);
-        }
+        let ends = kinks.iter().filter(|&&u| (u > 0.0) == ahead).map(|u| FRAC_PI_2 - u.abs());
+        sum += integrate_between(&|v| value(ahead, v), low, high, ends);
     }
     lamp.intensity * sum / h
+}
+
+/// `∫ f` over `[low, high]`, piece by piece between the kinks that lie inside.
+fn integrate_between(
+    f: &dyn Fn(f64) -> f64,
+    low: f64,
+    high: f64,
+    kinks: impl Iterator<Item = f64>,
+) -> f64 {
+    let mut ends: Vec<f64> = kinks.filter(|&v| v > low && v < high).chain([low, high]).collect();
+    ends.sort_by(f64::total_cmp);
+    ends.windows(2).map(|pair| integrate(f, pair[0], pair[1])).sum()
 }
 
 /// `∫ₐᵇ exp(−σ(t+d))/d² dt` for a lamp at distance `distance` and angle `angle` in (0, π) from the view ray, by the
