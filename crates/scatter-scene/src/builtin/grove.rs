@@ -38,6 +38,7 @@ g = 0.35
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[],
 };
 
 /// Side of the ground, and the distance of its grid lines \[m\].
