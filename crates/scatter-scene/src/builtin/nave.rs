@@ -11,8 +11,8 @@ use glam::DVec3;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {
     name: "nave",
-    shows: "shafts through tall coloured windows, cut by columns: a textured light, and an indoor picture that is mostly dark, with one to four \
-            transitions a ray, where marching wastes nearly all its samples",
+    shows: "shafts through tall coloured windows, cut by columns: a textured light, and an indoor picture most of \
+            which is dark, with a few transitions a ray, where marching wastes nearly all its samples",
     shot_text: r#"# A vaulted hall: the sun through tall coloured windows, cut by two rows of columns.
 mesh = "nave.glb"
 
