@@ -16,7 +16,7 @@ fn the_truth_is_the_reference_on_every_shared_case() {
     let mut cases: Vec<_> = std::fs::read_dir(shared.join("cases"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
-        .filter(|path| path.join("scene.obj").exists())
+        .filter(|path| path.join("shot.toml").exists())
         .collect();
     cases.sort();
     assert!(!cases.is_empty());

@@ -10,6 +10,11 @@ mod shadow_plane;
 mod shadow_spans;
 mod shadow_walk;
 
+#[cfg(test)]
+mod second_way;
+#[cfg(test)]
+mod tests;
+
 use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;

@@ -8,7 +8,7 @@ use glam::DVec3;
 use scatter_core::{
     Camera, DepthMap, Frame, Light, Medium, Phase, RenderStats, ScatterImage, ShadowMap, VolumetricShadow,
 };
-use scatter_scene::{RaycastTruth, Scene, SceneCaster};
+use scatter_scene::{RaycastTruth, Scene, SceneCaster, load_scene};
 
 /// Camera, light, medium and range of a test.
 pub struct TestShot {
@@ -46,7 +46,7 @@ impl TestShot {
         (image, stats)
     }
 
-    /// From a shot file with an OBJ mesh.
+    /// From a shot file.
     pub fn load(path: &Path, size: Option<[u32; 2]>) -> Self {
         let text = std::fs::read_to_string(path).unwrap();
         let shot: toml::Table = text.parse().unwrap();
@@ -80,7 +80,7 @@ impl TestShot {
             ),
         };
         Self {
-            scene: read_obj(&path.with_file_name(shot["mesh"].as_str().unwrap())),
+            scene: load_scene(&path.with_file_name(shot["mesh"].as_str().unwrap())).unwrap(),
             camera: Camera::perspective(
                 vector(camera, "eye"),
                 vector(camera, "target"),
@@ -95,29 +95,6 @@ impl TestShot {
             max_distance: number(camera, "max_distance"),
         }
     }
-}
-
-/// Vertices and faces of an OBJ file; polygons become fans.
-fn read_obj(path: &Path) -> Scene {
-    let mut scene = Scene::default();
-    for line in std::fs::read_to_string(path).unwrap().lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                let v: Vec<f64> = words.map(|w| w.parse().unwrap()).collect();
-                scene.positions.push(DVec3::new(v[0], v[1], v[2]));
-            }
-            Some("f") => {
-                let corners: Vec<u32> =
-                    words.map(|w| w.split('/').next().unwrap().parse::<u32>().unwrap() - 1).collect();
-                for k in 1..corners.len() - 1 {
-                    scene.triangles.push([corners[0], corners[k], corners[k + 1]]);
-                }
-            }
-            _ => {}
-        }
-    }
-    scene
 }
 
 /// The folder of shared references, or a visible note that the test is skipped.

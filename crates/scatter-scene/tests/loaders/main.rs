@@ -4,3 +4,4 @@ mod common;
 mod gltf;
 mod mutants;
 mod obj;
+mod shots;

@@ -8,7 +8,9 @@ use std::path::Path;
 use std::sync::Once;
 
 use crate::common::{Asset, F32, I16, U8, U16, base64, f32_bytes, glb, shared_folder};
-use scatter_scene::{Scene, SceneError, load_scene};
+use scatter_scene::{
+    RadianceImage, Scene, SceneError, load_scene, load_shot, read_exr, read_linear_rgb, write_exr, write_png,
+};
 use serde_json::json;
 
 /// What JSON and OBJ numbers are replaced by.
@@ -92,24 +94,50 @@ fn check_scene(scene: &Scene) {
     );
 }
 
-/// Loads each mutant of `seed` from one file; returns how many were accepted.
-fn survive(folder: &Path, name: &str, mutants: impl Iterator<Item = Vec<u8>>) -> (usize, usize) {
+/// Loads each mutant from a file of that name; returns how many there were, and how many were accepted.
+fn survive(
+    folder: &Path,
+    name: &str,
+    mutants: impl Iterator<Item = Vec<u8>>,
+    load: fn(&Path) -> Result<(), SceneError>,
+) -> (usize, usize) {
     let path = folder.join(name);
     let (mut count, mut accepted, mut panics) = (0, 0, 0);
     for bytes in mutants {
+        // A fresh file each time: rewriting one makes some file systems wait for the disk.
+        let _ = std::fs::remove_file(&path);
         std::fs::write(&path, &bytes).unwrap();
         count += 1;
-        panics += panics_of(AssertUnwindSafe(|| match load_scene(&path) {
-            Ok(scene) => {
-                check_scene(&scene);
-                accepted += 1;
-            }
+        panics += panics_of(AssertUnwindSafe(|| match load(&path) {
+            Ok(()) => accepted += 1,
             Err(error) => check_line(&error, name),
         }));
     }
     assert_eq!(panics, 0, "{panics} of {count} mutants of {name} panicked or broke a promise");
     println!("{name}: {count} mutants, {accepted} accepted");
     (count, accepted)
+}
+
+fn scene(path: &Path) -> Result<(), SceneError> {
+    load_scene(path).map(|scene| check_scene(&scene))
+}
+
+fn shot(path: &Path) -> Result<(), SceneError> {
+    load_shot(path).map(|shot| {
+        let [width, height] = shot.camera.size();
+        assert!(width > 0 && height > 0 && u64::from(width) * u64::from(height) <= 1 << 28);
+        assert!(shot.max_distance > 0.0 && shot.max_distance.is_finite());
+        assert!(shot.camera.pixel_ray(0, height - 1).direction.is_finite());
+        assert!(shot.medium.sigma_t().iter().all(|s| s.is_finite() && *s >= 0.0));
+        assert!(!shot.lights.is_empty());
+        assert!(shot.lights.iter().flat_map(|light| light.light.strength()).all(|s| s.is_finite() && s >= 0.0));
+    })
+}
+
+fn image(path: &Path) -> Result<(), SceneError> {
+    read_linear_rgb(path).map(|image| {
+        assert_eq!(image.pixels.len() as u64, u64::from(image.size[0]) * u64::from(image.size[1]));
+    })
 }
 
 /// One to four byte edits, a truncation, a removed or a doubled piece.
@@ -223,14 +251,14 @@ fn damaged_scene_files_give_a_sane_scene_or_one_line() {
     let bin = rich.bin.clone();
     let mut totals = Vec::new();
     // The seeds themselves are sound.
-    totals.push(survive(folder.path(), "seed.glb", std::iter::once(glb_bytes.clone())));
-    totals.push(survive(folder.path(), "seed.gltf", std::iter::once(gltf_text.clone().into_bytes())));
-    totals.push(survive(folder.path(), "seed.obj", std::iter::once(RICH_OBJ.into())));
+    totals.push(survive(folder.path(), "seed.glb", std::iter::once(glb_bytes.clone()), scene));
+    totals.push(survive(folder.path(), "seed.gltf", std::iter::once(gltf_text.clone().into_bytes()), scene));
+    totals.push(survive(folder.path(), "seed.obj", std::iter::once(RICH_OBJ.into()), scene));
     assert!(totals.iter().all(|total| *total == (1, 1)), "a seed was refused");
 
     let mut run = |name: &str, count: usize, mutant: &mut dyn FnMut(&mut Random) -> Vec<u8>| {
         let mutants = (0..count).map(|_| mutant(&mut random));
-        totals.push(survive(folder.path(), name, mutants));
+        totals.push(survive(folder.path(), name, mutants, scene));
     };
     run("bytes.glb", 2000, &mut |r| damaged(r, &glb_bytes));
     run("numbers.glb", 2000, &mut |r| glb(renumbered(r, &json_text).as_bytes(), &bin));
@@ -253,4 +281,89 @@ fn damaged_scene_files_give_a_sane_scene_or_one_line() {
     println!("{count} mutants, {accepted} accepted");
     // Both kinds must occur often, or the mutants are too wild or too tame to say anything.
     assert!(count > 10_000 && accepted > count / 20 && accepted < count * 19 / 20, "{accepted} of {count}");
+}
+
+const RICH_SHOT: &str = r#"mesh = "mesh.obj"
+[camera]
+eye = [0.0, 1.7, 5.0]
+target = [0.0, 1.5, 0.0]
+up = [0.0, 1.0, 0.0]
+vertical_fov_degrees = 60.0
+resolution = [160, 120]
+max_distance = 100.0
+[light]
+kind = "spot"
+direction = [0.3, -1.0, 0.2]
+position = [0.0, 3.0, 0.0]
+intensity = [10.0, 10.0, 10.0]
+inner_cone_degrees = 20.0
+outer_cone_degrees = 25.0
+[light.texture]
+rows = [[[1, 0, 0.5], [0, 1, 0]], [[0, 0, 1], [1, 1, 1]]]
+up = [0, 0, 1]
+[[lights]]
+kind = "directional"
+direction = [0.3, -1.0, 0.2]
+irradiance = [1.0, 1.0, 1.0]
+[lights.texture]
+rows = [[[1, 0, 0.5], [0, 1, 0]]]
+center = [0, 2, 0]
+half_extents = [1.5, 2]
+up = [0, 0, 1]
+[medium]
+absorption = [0.0, 0.0, 0.001]
+[[medium.components]]
+scattering = [0.02, 0.02, 0.02]
+phase = "henyey-greenstein"
+g = 0.25
+"#;
+
+#[test]
+fn damaged_shot_files_give_a_sane_shot_or_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("mesh.obj"), RICH_OBJ).unwrap();
+    let mut random = Random(7);
+    let seed = std::iter::once(RICH_SHOT.into());
+    assert_eq!(survive(folder.path(), "seed.toml", seed, shot), (1, 1));
+    let bytes = (0..2000).map(|_| damaged(&mut random, RICH_SHOT.as_bytes()));
+    let (_, some) = survive(folder.path(), "bytes.toml", bytes, shot);
+    let mut random = Random(8);
+    let numbers = (0..2000).map(|_| renumbered(&mut random, RICH_SHOT).into_bytes());
+    let (_, more) = survive(folder.path(), "numbers.toml", numbers, shot);
+    let mut random = Random(9);
+    // Whole lines lost, doubled or exchanged: missing keys, keys of the wrong table.
+    let lines: Vec<&str> = RICH_SHOT.lines().collect();
+    let shuffled = (0..1000).map(|_| {
+        let mut lines = lines.clone();
+        let (a, b) = (random.below(lines.len()), random.below(lines.len()));
+        match random.below(3) {
+            0 => drop(lines.remove(a)),
+            1 => lines.insert(a, lines[b]),
+            _ => lines.swap(a, b),
+        }
+        lines.join("\n").into_bytes()
+    });
+    let (_, others) = survive(folder.path(), "lines.toml", shuffled, shot);
+    let accepted = some + more + others;
+    assert!((250..4750).contains(&accepted), "{accepted} of 5000 accepted: too wild or too tame");
+}
+
+#[test]
+fn damaged_images_give_an_image_or_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seed.exr");
+    let seed = RadianceImage { size: [17, 9], pixels: (0..153).map(|i| [i as f32, 0.5, -0.0]).collect() };
+    write_exr(&path, &seed).unwrap();
+    assert_eq!(read_exr(&path).unwrap(), seed);
+    let exr = std::fs::read(&path).unwrap();
+    let path = folder.path().join("seed.png");
+    write_png(&path, &seed, 0.02).unwrap();
+    let png = std::fs::read(&path).unwrap();
+    let mut random = Random(11);
+    let mutants = (0..1500).map(|_| damaged(&mut random, &exr));
+    let (count, accepted) = survive(folder.path(), "bytes.exr", mutants, image);
+    assert!(accepted > 0 && accepted < count);
+    let mut random = Random(12);
+    let mutants = (0..1500).map(|_| damaged(&mut random, &png));
+    survive(folder.path(), "bytes.png", mutants, image);
 }
