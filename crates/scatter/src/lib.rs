@@ -1,1 +1,3 @@
-//! Skeleton.
+pub use scatter_core::*;
+/// Every technique.
+pub static TECHNIQUES: &[&dyn Technique] = &[];
