@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use scatter_core::{Light, Phase, Projection};
-use scatter_scene::{Shot, load_shot, read_exr, read_mask};
+use scatter_scene::{Shot, builtin_shots, export, load_shot, read_exr, read_mask};
 use serde_json::{Value, json};
 
 use crate::common::{Asset, shared_folder};
@@ -90,6 +90,20 @@ fn meshes_without_camera_or_light_say_what_to_do() {
         message.contains("own.glb: the mesh's file has no camera; give a [camera] in a shot file"),
         "{message}"
     );
+}
+
+#[test]
+fn built_in_shots_load_without_a_note() {
+    let folder = tempfile::tempdir().unwrap();
+    let shots: Vec<_> = builtin_shots().iter().collect();
+    let paths = export(folder.path(), &shots).unwrap();
+    assert!(!paths.is_empty());
+    for path in paths {
+        let shot = load_shot(&path).unwrap_or_else(|error| panic!("{error}"));
+        let is_coloured = shot.lights[0].texture.is_some();
+        println!("{}: {} triangles, coloured light: {is_coloured}", shot.name, shot.scene.triangles.len());
+        assert!(shot.notes.is_empty(), "{}: {:?}", shot.name, shot.notes);
+    }
 }
 
 #[test]
