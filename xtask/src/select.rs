@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use scatter::{Camera, TECHNIQUES, Technique};
+use scatter::{Camera, TECHNIQUES, Technique, technique};
 use scatter_scene::{BuiltinShot, Shot, builtin_shots, export, load_shot};
 use scatter_validate::staged_shot::resized;
 use scatter_validate::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
@@ -85,8 +85,8 @@ pub fn method(id: &str) -> anyhow::Result<Method> {
     match id {
         SHADOW_MAP_TRUTH => Ok(Method::ShadowMapTruth),
         RAYCAST_TRUTH => Ok(Method::RaycastTruth),
-        _ => match TECHNIQUES.iter().find(|technique| technique.info().id == id) {
-            Some(technique) => Ok(Method::Technique(*technique)),
+        _ => match technique(id) {
+            Some(technique) => Ok(Method::Technique(technique)),
             None => bail!("--method {id}: no such technique; there are {}", method_ids().join(", ")),
         },
     }
@@ -100,7 +100,7 @@ pub fn method_ids() -> Vec<&'static str> {
 
 /// The marcher.
 pub fn baseline() -> Option<&'static dyn Technique> {
-    TECHNIQUES.iter().find(|technique| technique.info().id == BASELINE).copied()
+    technique(BASELINE)
 }
 
 /// An error for options that none of the techniques takes.

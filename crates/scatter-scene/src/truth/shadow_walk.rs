@@ -41,6 +41,9 @@ impl ShadowWalk {
     /// Fills [`Self::spans`] with all shadows on `[0, end]`.
     pub fn collect(&mut self, caster: &SceneCaster, shadow: &ShadowPlane, end: f64) {
         self.spans.reset(end);
+        if end == 0.0 {
+            return;
+        }
         std::mem::swap(&mut self.seeds, &mut self.previous_seeds);
         self.seeds.clear();
         for index in 0..self.previous_seeds.len() {
