@@ -32,3 +32,27 @@ pub fn sum_over_bands<T: Send>(
     #[cfg(not(feature = "rayon"))]
     a.chunks_mut(length).zip(b.chunks_mut(length)).enumerate().map(|(index, (a, b))| work(index, a, b)).sum()
 }
+
+/// Calls `work(index, a, b, c)` for bands of two images (`lengths[0]` pixels each) with a piece of scratch memory
+/// (`lengths[1]` values) of their own.
+pub fn for_each_band<T: Send, U: Send>(
+    (a, b, scratch): (&mut [T], &mut [T], &mut [U]),
+    lengths: [usize; 2],
+    work: impl Fn(usize, &mut [T], &mut [T], &mut [U]) + Sync,
+) {
+    #[cfg(feature = "rayon")]
+    {
+        use rayon::prelude::*;
+        a.par_chunks_mut(lengths[0])
+            .zip(b.par_chunks_mut(lengths[0]))
+            .zip(scratch.par_chunks_mut(lengths[1]))
+            .enumerate()
+            .for_each(|(index, ((a, b), scratch))| work(index, a, b, scratch));
+    }
+    #[cfg(not(feature = "rayon"))]
+    a.chunks_mut(lengths[0])
+        .zip(b.chunks_mut(lengths[0]))
+        .zip(scratch.chunks_mut(lengths[1]))
+        .enumerate()
+        .for_each(|(index, ((a, b), scratch))| work(index, a, b, scratch));
+}

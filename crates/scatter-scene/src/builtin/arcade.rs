@@ -37,6 +37,7 @@ g = 0.4
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[],
 };
 
 /// Bays of the open side, and their length \[m\].

@@ -38,6 +38,7 @@ g = 0.3
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[],
 };
 
 /// The plate: height of its lower face, thickness, radius of the hole and of the plate \[m\].

@@ -38,6 +38,7 @@ g = 0.3
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[],
 };
 
 const HALF_LENGTH: f64 = 8.0;

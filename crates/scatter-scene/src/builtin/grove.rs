@@ -13,7 +13,7 @@ use glam::DVec3;
 pub(super) const SHOT: BuiltinShot = BuiltinShot {
     name: "grove",
     shows: "sun through foliage: hundreds of thousands of leaves, silhouettes everywhere in depth and shadow \
-            map, many short transitions a ray, and most of the air lit",
+            map, and dozens of short transitions a ray",
     shot_text: r#"# A clearing among trees, the sun through the leaves ahead.
 mesh = "grove.glb"
 
@@ -38,6 +38,7 @@ g = 0.35
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[],
 };
 
 /// Side of the ground, and the distance of its grid lines \[m\].

@@ -45,6 +45,7 @@ g = 0.7
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[],
 };
 
 /// Half the plain's side \[m\], and its cells a side.

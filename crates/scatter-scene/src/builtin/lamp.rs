@@ -38,6 +38,7 @@ g = 0.2
 "#,
     mesh_extension: "obj",
     mesh_bytes,
+    others: &[],
 };
 
 /// Centre of the globe: the lamp's place in the shot file \[m\].

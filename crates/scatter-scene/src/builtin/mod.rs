@@ -5,6 +5,7 @@ mod beam;
 mod blocks;
 mod comb;
 mod export;
+mod glass;
 mod glb_writer;
 mod grove;
 mod haze;
@@ -35,8 +36,13 @@ pub struct BuiltinShot {
     /// Ending of the mesh file's name.
     mesh_extension: &'static str,
     /// Makes the mesh file.
-    mesh_bytes: fn() -> Vec<u8>,
+    mesh_bytes: MakeBytes,
+    /// Names of further files, and what makes them.
+    others: &'static [(&'static str, MakeBytes)],
 }
+
+/// Makes a file's content: the same bytes at every call.
+type MakeBytes = fn() -> Vec<u8>;
 
 /// A file in memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -92,7 +98,11 @@ impl BuiltinShot {
                 name: format!("{}.{}", self.name, self.mesh_extension),
                 bytes: (self.mesh_bytes)(),
             },
-            others: Vec::new(),
+            others: self
+                .others
+                .iter()
+                .map(|&(name, bytes)| BuiltinFile { name: name.to_owned(), bytes: bytes() })
+                .collect(),
         }
     }
 }

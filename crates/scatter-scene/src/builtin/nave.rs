@@ -11,9 +11,9 @@ use glam::DVec3;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {
     name: "nave",
-    shows: "shafts through tall windows, cut by columns: an indoor picture that is mostly dark, with one to four \
-            transitions a ray, where marching wastes nearly all its samples",
-    shot_text: r#"# A vaulted hall: the sun through tall windows, cut by two rows of columns.
+    shows: "shafts through tall coloured windows, cut by columns: a textured light, and an indoor picture most of \
+            which is dark, with a few transitions a ray, where marching wastes nearly all its samples",
+    shot_text: r#"# A vaulted hall: the sun through tall coloured windows, cut by two rows of columns.
 mesh = "nave.glb"
 
 [camera]
@@ -27,7 +27,13 @@ max_distance = 100.0
 [light]
 kind = "directional"
 direction = [-0.2, -0.58, -0.78]
-irradiance = [10.0, 9.0, 7.5]
+irradiance = [14.0, 12.6, 10.5]
+
+[light.texture]
+image = "nave-glass.png"
+center = [0.0, 5.0, 6.3]
+half_extents = [15.0, 4.5]
+up = [0.0, 1.0, 0.0]
 
 [medium]
 scattering = [0.03, 0.03, 0.03]
@@ -37,6 +43,7 @@ g = 0.4
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[("nave-glass.png", super::glass::png_bytes)],
 };
 
 /// Bays along the hall, and their length \[m\].
@@ -49,6 +56,8 @@ const WALL: f64 = 0.6;
 /// Windows: two lancets a bay on either side of a mullion \[m\].
 const LANCET: f64 = 0.65;
 const MULLION: f64 = 0.3;
+/// Distance of a lancet's middle from the bay's.
+pub(super) const LANCET_MIDDLE: f64 = (MULLION + LANCET) / 2.0;
 const SILL: f64 = 2.2;
 const WINDOW_SPRING: f64 = 6.6;
 /// The vault: a circular arc that springs at this height at the walls and rises by `VAULT_RISE` \[m\].

@@ -39,6 +39,7 @@ g = 0.3
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[],
 };
 
 /// The grille: bars and gaps a side, their widths, height of the bars and of their lower faces \[m\].

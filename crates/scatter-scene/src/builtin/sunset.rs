@@ -35,6 +35,7 @@ g = 0.6
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[],
 };
 
 /// Where trees stand (x, z), and how tall they are against their kind.

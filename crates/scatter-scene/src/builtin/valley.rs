@@ -34,6 +34,7 @@ g = 0.4
 "#,
     mesh_extension: "glb",
     mesh_bytes,
+    others: &[],
 };
 
 /// Half the sheet's side \[m\], and its cells a side.
