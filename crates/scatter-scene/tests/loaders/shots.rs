@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use scatter_core::{Light, Phase, Projection};
-use scatter_scene::{Shot, load_shot, read_exr, read_mask};
+use scatter_scene::{Shot, builtin_shots, export, load_shot, read_exr, read_mask};
 use serde_json::{Value, json};
 
 use crate::common::{Asset, shared_folder};
@@ -22,7 +22,8 @@ fn asset() -> Asset {
     let light = |idx: usize| json!({"KHR_lights_punctual": {"light": idx}});
     asset.root_node(json!({"camera": 0, "translation": [1, 2, 30], "name": "view"}));
     // Turned about x by −90°: −z becomes −y, and y becomes −z.
-    asset.root_node(json!({"camera": 1, "rotation": [-half, 0, 0, half], "scale": [3, 3, 3], "name": "plan"}));
+    asset
+        .root_node(json!({"camera": 1, "rotation": [-half, 0, 0, half], "scale": [3, 3, 3], "name": "plan"}));
     asset.root_node(json!({"extensions": light(0), "translation": [7, 8, 9], "name": "lamp"}));
     asset.root_node(json!({"extensions": light(1), "rotation": [-half, 0, 0, half], "name": "sun"}));
     asset
@@ -61,7 +62,9 @@ fn a_glb_alone_is_seen_by_its_first_camera_and_light() {
 
 #[test]
 fn a_shot_names_camera_and_light_of_the_file() {
-    let text = format!("mesh = \"own.glb\"\ncamera = \"gltf:plan\"\nlight = \"gltf:sun\"\nresolution = [30, 20]\n{MEDIUM}");
+    let text = format!(
+        "mesh = \"own.glb\"\ncamera = \"gltf:plan\"\nlight = \"gltf:sun\"\nresolution = [30, 20]\n{MEDIUM}"
+    );
     let shot = load(&asset(), Some(&text)).unwrap();
     assert_eq!(shot.camera.projection(), Projection::Orthographic);
     assert!((shot.camera.forward() - DVec3::NEG_Y).length() < 1e-15);
@@ -83,7 +86,24 @@ fn meshes_without_camera_or_light_say_what_to_do() {
     asset.json["nodes"][1]["camera"] = Value::Null;
     asset.json["nodes"][2]["camera"] = Value::Null;
     let message = load(&asset, None).unwrap_err();
-    assert!(message.contains("own.glb: the mesh's file has no camera; give a [camera] in a shot file"), "{message}");
+    assert!(
+        message.contains("own.glb: the mesh's file has no camera; give a [camera] in a shot file"),
+        "{message}"
+    );
+}
+
+#[test]
+fn built_in_shots_load_without_a_note() {
+    let folder = tempfile::tempdir().unwrap();
+    let shots: Vec<_> = builtin_shots().iter().collect();
+    let paths = export(folder.path(), &shots).unwrap();
+    assert!(!paths.is_empty());
+    for path in paths {
+        let shot = load_shot(&path).unwrap_or_else(|error| panic!("{error}"));
+        let is_coloured = shot.lights[0].texture.is_some();
+        println!("{}: {} triangles, coloured light: {is_coloured}", shot.name, shot.scene.triangles.len());
+        assert!(shot.notes.is_empty(), "{}: {:?}", shot.name, shot.notes);
+    }
 }
 
 #[test]
@@ -92,7 +112,13 @@ fn shared_shots_load() {
     let mut count = 0;
     let mut check = |path: &std::path::Path| {
         let shot = load_shot(path).unwrap_or_else(|error| panic!("{error}"));
-        println!("{}: {} triangles, {:?}, {:?}", shot.name, shot.scene.triangles.len(), shot.camera.size(), shot.notes);
+        println!(
+            "{}: {} triangles, {:?}, {:?}",
+            shot.name,
+            shot.scene.triangles.len(),
+            shot.camera.size(),
+            shot.notes
+        );
         count += 1;
     };
     for case in std::fs::read_dir(folder.join("cases")).unwrap() {
@@ -108,7 +134,10 @@ fn shared_shots_load() {
         let mean = image.pixels.iter().flatten().map(|&v| f64::from(v)).sum::<f64>() / (3.0 * 160.0 * 120.0);
         let mask = read_mask(&folder.join("fragile.png")).unwrap();
         let masked = mask.excluded.iter().filter(|&&m| m).count();
-        println!("  mean {mean}, {masked} masked: {reference}");
+        let expected = reference["mean"].as_f64().unwrap();
+        // The file rounds each value to f32; the rounding averages out far below one of them.
+        assert!((mean / expected - 1.0).abs() < 1e-8, "{mean} {expected}");
+        assert_eq!(masked as u64, reference["fragile_pixels"].as_u64().unwrap());
         assert_eq!((image.size, mask.size), ([160, 120], [160, 120]));
     }
     for entry in std::fs::read_dir(folder.join("scenes")).unwrap() {
