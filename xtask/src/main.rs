@@ -29,7 +29,7 @@ fn main() -> ExitCode {
         Ok(Ok(Verdict::Well)) => ExitCode::SUCCESS,
         Ok(Ok(Verdict::OutOfTolerance)) => ExitCode::from(1),
         Ok(Err(error)) => {
-            output::error_line(&format!("{error:#}"));
+            output::error_line(&one_line(&error));
             ExitCode::from(2)
         }
         Err(panic) => {
@@ -39,6 +39,17 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// The error and its causes, each said once: our errors often quote their cause already.
+fn one_line(error: &anyhow::Error) -> String {
+    error.chain().fold(String::new(), |mut line, cause| {
+        let cause = cause.to_string();
+        if !line.contains(&cause) {
+            line = if line.is_empty() { cause } else { format!("{line}: {cause}") };
+        }
+        line
+    })
 }
 
 /// What a command found.
