@@ -50,12 +50,12 @@ pub struct LampRay {
 
 /// The spot cone along a view ray: `cos(axis angle) = along·tanh w + across·sech w`, w = asinh((t − t₀)/h).
 #[derive(Debug, Clone, Copy)]
-struct ConeOnRay {
-    along: f64,
-    across: f64,
-    cos_outer: f64,
+pub(crate) struct ConeOnRay {
+    pub(crate) along: f64,
+    pub(crate) across: f64,
+    pub(crate) cos_outer: f64,
     cos_full: f64,
-    slope: f64,
+    pub(crate) slope: f64,
 }
 
 /// The airlight integral along one view ray, ready for any number of intervals.
@@ -120,16 +120,7 @@ impl<'a> LampIntegral<'a> {
         direction: DVec3,
         lamp: DVec3,
     ) -> Self {
-        // From the lamp to the foot of the perpendicular on the ray, as a share of the (clamped) distance. The ray's
-        // true offset is used: the clamp changes how far the lamp is, not where the cone points.
-        let foot = origin + direction * ray.closest - lamp;
-        let cone = ConeOnRay {
-            along: spot.direction().dot(direction),
-            across: spot.direction().dot(foot) / ray.distance,
-            cos_outer: spot.cos_outer(),
-            cos_full: spot.cos_full(),
-            slope: spot.cone_slope(),
-        };
+        let cone = ConeOnRay::new(spot, ray, origin, direction, lamp);
         Self { cone: Some(cone), ..Self::point(ray, medium) }
     }
 
@@ -147,12 +138,10 @@ impl<'a> LampIntegral<'a> {
         // Between these parameters the cone is 0, or 1, or smooth.
         let mut kinks = [a; 6];
         let mut count = 1;
-        for cos in [cone.cos_outer, cone.cos_full] {
-            for t in cone.crossings(cos, self.ray) {
-                if t > a && t < b {
-                    kinks[count] = t;
-                    count += 1;
-                }
+        for t in cone.kinks(self.ray) {
+            if t > a && t < b {
+                kinks[count] = t;
+                count += 1;
             }
         }
         kinks[count] = b;
@@ -172,27 +161,28 @@ impl<'a> LampIntegral<'a> {
         }
         let h = self.ray.distance;
         let sigma_t = DVec3::from(self.medium.sigma_t());
-        // The weakest extinction decides how far the integral reaches, the strongest how long a panel may be.
-        let (weakest, strongest) = (sigma_t.min_element(), sigma_t.max_element());
         let length = self.ray.log_path_ratio(a, b);
         let start_path = self.ray.path(a);
         // exp(−σ(t + d)) at the start; from there on only the growth of p counts.
         let start_depth = a + self.ray.distance_at(a);
         let start_transmittance = (-sigma_t * start_depth).exp();
+        // A cone squares its cosine times its slope (up to 1000), which grows fast off the real axis.
+        let longest_panel = if self.cone.is_some() { 0.5 * LONGEST_PANEL } else { LONGEST_PANEL };
         let mut done = 0.0;
         while done < length {
             let path = start_path * f64::exp(done);
-            if weakest * (path - start_path) > NEGLIGIBLE_OPTICAL_DEPTH {
+            // The steepest channel that still counts decides how long a panel may be; none left is the end.
+            let counts = |sigma: f64| sigma * (path - start_path) <= NEGLIGIBLE_OPTICAL_DEPTH;
+            let Some(steepest) = sigma_t.to_array().into_iter().filter(|&s| counts(s)).reduce(f64::max)
+            else {
                 break;
-            }
+            };
             // Without extinction and b = ∞ the integrand falls as 1/p: p = 1e17·h is the end of f64.
             if path > 1e17 * h && path > 1e17 * start_path {
                 break;
             }
-            let strongest_here =
-                if strongest * (path - start_path) > NEGLIGIBLE_OPTICAL_DEPTH { weakest } else { strongest };
-            let optical_step = (PANEL_OPTICAL_DEPTH / (strongest_here * path)).ln_1p();
-            let step = (length - done).min(LONGEST_PANEL).min(optical_step);
+            let optical_step = (PANEL_OPTICAL_DEPTH / (steepest * path)).ln_1p();
+            let step = (length - done).min(longest_panel).min(optical_step);
             self.add_panel(start_path, done, step, start_transmittance, sum);
             // An optical step too small to move `done` would never end; it is beyond all weight then.
             if done + step == done {
@@ -232,6 +222,25 @@ impl<'a> LampIntegral<'a> {
 }
 
 impl ConeOnRay {
+    /// The cone of a spot at `lamp` on a ray, both relative to the eye.
+    pub(crate) fn new(spot: &SpotLight, ray: LampRay, origin: DVec3, direction: DVec3, lamp: DVec3) -> Self {
+        // From the lamp to the foot of the perpendicular on the ray, as a share of the (clamped) distance. The ray's
+        // true offset is used: the clamp changes how far the lamp is, not where the cone points.
+        let foot = origin + direction * ray.closest - lamp;
+        Self {
+            along: spot.direction().dot(direction),
+            across: spot.direction().dot(foot) / ray.distance,
+            cos_outer: spot.cos_outer(),
+            cos_full: spot.cos_full(),
+            slope: spot.cone_slope(),
+        }
+    }
+
+    /// Ray parameters, in no order, where the cone leaves 0 or reaches 1; at most four.
+    pub(crate) fn kinks(&self, ray: LampRay) -> impl Iterator<Item = f64> + use<> {
+        self.crossings(self.cos_outer, ray).chain(self.crossings(self.cos_full, ray))
+    }
+
     /// The cone factor for tanh w and sech w.
     fn factor(&self, tanh: f64, sech: f64) -> f64 {
         ((self.along * tanh + self.across * sech - self.cos_outer) * self.slope).clamp(0.0, 1.0).powi(2)
@@ -438,6 +447,24 @@ mod tests {
                 // Midpoint: (Δt)²/24·(b−a)·max f'' with Δt = 2.7e-5; the cone's kinks are steepest (s = 1000).
                 let error = ((value - exact) / exact.max(DVec3::splat(1e-12))).abs().max_element();
                 assert!(error < 2e-6, "g {g}, {light:?}: {value} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_channel_is_as_exact_beside_others_as_alone() {
+        // Extinctions a thousandfold apart: the panels must resolve the middle one after the first has faded.
+        let sigmas = [1e3, 1.0, 1e-3];
+        let phase = Phase::HenyeyGreenstein { g: 0.5 };
+        let together = Medium::homogeneous(sigmas, [0.0; 3], phase).unwrap();
+        for angle in [1e-4, 0.3, 2.0] {
+            let ray = ray(2.0, angle);
+            let value = LampIntegral::point(ray, &together).interval(0.1, 60.0);
+            for (channel, &sigma) in sigmas.iter().enumerate() {
+                let alone = Medium::homogeneous([sigma; 3], [0.0; 3], phase).unwrap();
+                let exact = LampIntegral::point(ray, &alone).interval(0.1, 60.0).x;
+                let error = (value[channel] - exact).abs();
+                assert!(error <= 1e-12 * exact, "{angle} {sigma}: {} {exact}", value[channel]);
             }
         }
     }

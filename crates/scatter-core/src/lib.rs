@@ -11,11 +11,13 @@ mod light;
 mod medium;
 mod phase;
 mod shadow_map;
+mod texel_walk;
 
 mod frame;
 mod scene_facts;
 
 mod lamp_interval;
+mod lamp_interval_f32;
 mod ray_light;
 mod sun_interval;
 
@@ -35,6 +37,7 @@ pub use depth_map::{DepthEncoding, DepthMap};
 pub use error::ModelError;
 pub use frame::{Frame, ShadowMapSource};
 pub use lamp_interval::{LampIntegral, LampRay, airlight};
+pub use lamp_interval_f32::LampIntegralF32;
 pub use light::{DirectionalLight, Light, LightTexture, PointLight, SpotLight};
 pub use medium::{Medium, Scattering};
 pub use phase::{INV_4PI, Phase};
@@ -48,3 +51,4 @@ pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
 pub use technique::{
     OptionError, OptionInfo, RenderError, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
 };
+pub use texel_walk::{TexelSpan, TexelWalk};

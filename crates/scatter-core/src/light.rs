@@ -6,6 +6,7 @@ use crate::error::{
     ModelError, checked, checked_direction, checked_len, checked_point, checked_rgb, checked_size,
 };
 use crate::shadow_map::MapProjection;
+use crate::texel_walk::TexelWalk;
 
 /// The light of one pass; several lights are several passes whose images add up.
 #[derive(Debug, Clone, PartialEq)]
@@ -235,6 +236,40 @@ impl<'a> LightTexture<'a> {
         self.texels[j as usize * self.projection.size()[0] as usize + i as usize]
     }
 
+    /// Cuts the stretch `[t_min, t_max]` of a ray (`start` relative to `reference`, world space) at the borders of
+    /// texels of different colour, and calls `piece(t_min, t_max, factor)` for each part in order.
+    pub fn pieces(
+        &self,
+        reference: DVec3,
+        start: DVec3,
+        direction: DVec3,
+        [t_min, t_max]: [f64; 2],
+        mut piece: impl FnMut(f64, f64, [f32; 3]),
+    ) {
+        const WHITE: [f32; 3] = [1.0; 3];
+        let ray = self.projection.ray(reference, start, direction);
+        let (mut begin, mut colour) = (t_min, WHITE);
+        let mut advance = |from: f64, next: [f32; 3]| {
+            if next != colour {
+                if from > begin {
+                    piece(begin, from, colour);
+                }
+                (begin, colour) = (from, next);
+            }
+        };
+        let mut inside_until = t_min;
+        for span in TexelWalk::new(&self.projection, &ray, t_min, t_max) {
+            advance(span.t_min, self.at(span.i, span.j));
+            inside_until = span.t_max;
+        }
+        if inside_until < t_max {
+            advance(inside_until, WHITE);
+        }
+        if t_max > begin {
+            piece(begin, t_max, colour);
+        }
+    }
+
     /// The factor at a world point; white outside of the texture and behind a perspective one.
     pub fn lookup(&self, p_world: DVec3) -> [f32; 3] {
         let p = self.projection.texel_from_world(p_world);
@@ -276,6 +311,25 @@ mod tests {
         assert!((spot.cone(cos + 0.0005) - 0.25).abs() < 1e-9);
         assert_eq!(spot.cone(cos + 0.0011), 1.0);
         assert_eq!(spot.cone(cos - 1e-9), 0.0);
+    }
+
+    #[test]
+    fn pieces_tile_the_stretch_and_have_the_colour_of_their_middle() {
+        let projection =
+            MapProjection::orthographic([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [2.0, 1.0], [5, 3])
+                .unwrap();
+        let texels: Vec<[f32; 3]> = (0..15).map(|n| [(n % 4) as f32, 0.5, (n % 3) as f32]).collect();
+        let texture = LightTexture::new(projection, &texels).unwrap();
+        let (start, direction) = (DVec3::new(-3.0, -0.9, 1.0), DVec3::new(1.0, 0.3, -0.2).normalize());
+        let mut end = 0.0;
+        let mut count = 0;
+        texture.pieces(DVec3::ZERO, start, direction, [0.0, 9.0], |a, b, colour| {
+            assert!(a == end && b > a);
+            assert_eq!(colour, texture.lookup(start + direction * (0.5 * (a + b))));
+            (end, count) = (b, count + 1);
+        });
+        assert_eq!(end, 9.0);
+        assert!(count >= 6, "white, at least four columns, white: {count}");
     }
 
     #[test]

@@ -62,6 +62,26 @@ impl Phase {
         }
     }
 
+    /// [`Self::at_haversine`] in f32, from `sin²(θ/2)` and `cos²(θ/2)` both, so that neither lobe cancels.
+    #[inline]
+    pub fn at_haversine_f32(&self, sin_sq: f32, cos_sq: f32) -> f32 {
+        const INV_4PI: f32 = self::INV_4PI as f32;
+        match *self {
+            Self::Isotropic => INV_4PI,
+            Self::Rayleigh => {
+                let cos = cos_sq - sin_sq;
+                0.75 * INV_4PI * (1.0 + cos * cos)
+            }
+            Self::HenyeyGreenstein { g } => {
+                let away = if g >= 0.0 { sin_sq } else { cos_sq };
+                let gap = (1.0 - g.abs()) as f32;
+                let g = g.abs() as f32;
+                let denominator = gap * gap + 4.0 * g * away;
+                INV_4PI * gap * (1.0 + g) / (denominator * denominator.sqrt())
+            }
+        }
+    }
+
     /// Whether the value depends on the angle.
     pub fn is_isotropic(&self) -> bool {
         matches!(self, Self::Isotropic | Self::HenyeyGreenstein { g: 0.0 })

@@ -21,7 +21,8 @@ pub fn sun_interval(sigma: f64, a: f64, b: f64) -> f64 {
 
 /// [`sun_interval`] in f32, without a libm call or a division by σ.
 ///
-/// Measured relative error ≤ 5e-7 for σ·b ≤ 80 (test `the_fast_form_keeps_its_bound`); beyond σ·a ≈ 87 the true
+/// Relative error ≤ 5e-6 for σ·b ≤ 80, where the rounding of σ·a is most of it; measured 3.6e-6 (test
+/// `the_fast_form_keeps_its_bound`). Beyond σ·a ≈ 87 the true
 /// value is below the smallest normal f32 and 0 is returned. `b` may be ∞ where σ > 0.
 pub fn sun_interval_f32(sigma: f32, a: f32, b: f32) -> f32 {
     let length = b - a;

@@ -1,5 +1,30 @@
 //! Scenes for volumetric shadows: everything that a technique must not know.
 
+mod atomic;
+mod builtin;
+mod caster;
+mod error;
+mod fit;
+mod gltf;
+mod image_file;
+mod load;
+mod maps;
+mod obj;
 mod scene;
+mod shot;
+mod truth;
 
+pub use atomic::{WriteSeek, write_atomically};
+pub use builtin::{BuiltinFile, BuiltinFiles, BuiltinShot, ExportError, builtin_shots, export};
+pub use caster::{CasterError, SceneCaster};
+pub use error::{Fault, SceneError};
+pub use fit::{FittedMap, fit_map};
+pub use image_file::{
+    MAX_PIXELS, MAX_SIDE, Mask, RadianceImage, encode_png, read_exr, read_linear_rgb, read_mask, write_exr,
+    write_png,
+};
+pub use load::{MAX_COORDINATE, MAX_POSITIONS, MAX_TRIANGLES, load_scene};
+pub use maps::ShotMaps;
 pub use scene::{Scene, SceneCamera, SceneLens, SceneLight, SceneLightKind};
+pub use shot::{OwnedTexture, Shot, ShotLight, load_shot};
+pub use truth::RaycastTruth;

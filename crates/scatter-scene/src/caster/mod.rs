@@ -1,0 +1,219 @@
+//! Ray casts against a scene: an f32 tree proposes triangles, f64 arithmetic on welded vertices decides.
+
+mod bvh;
+mod map_casts;
+mod ray_plane;
+mod ray_walk;
+mod weld;
+
+use glam::DVec3;
+
+use crate::load::MAX_COORDINATE;
+use crate::scene::Scene;
+
+pub(crate) use bvh::{Bvh, F32_ROUNDING, Node, Pending};
+pub(crate) use ray_plane::{PlanePoint, RayPlane, Segment};
+use ray_walk::RayWalk;
+
+/// A scene made ready for ray casts: f64 vertices, welded, and a tree over its triangles.
+///
+/// Triangles block from both sides. Hits are f64 throughout and watertight: a ray never slips between two triangles
+/// that share an edge or a vertex.
+#[derive(Debug)]
+pub struct SceneCaster {
+    /// Distinct world-space positions.
+    positions: Vec<DVec3>,
+    /// Indices into `positions`, ascending within a triangle, in the order of the tree's leaves.
+    triangles: Vec<[u32; 3]>,
+    bvh: Bvh,
+    bounds: Option<(DVec3, DVec3)>,
+}
+
+/// A scene that no rays can be cast against.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CasterError {
+    /// A vertex that is not a point.
+    #[error("vertex {index} is ({x}, {y}, {z}); give finite coordinates within ±1e15")]
+    BadVertex {
+        /// Its index in [`Scene::positions`].
+        index: usize,
+        /// Its coordinates.
+        x: f64,
+        /// Its coordinates.
+        y: f64,
+        /// Its coordinates.
+        z: f64,
+    },
+    /// A triangle that names a vertex that is not there.
+    #[error("triangle {triangle} uses vertex {vertex} of {count}; give indices below {count}")]
+    BadIndex {
+        /// Its index in [`Scene::triangles`].
+        triangle: usize,
+        /// The vertex it names.
+        vertex: u32,
+        /// How many vertices there are.
+        count: usize,
+    },
+    /// More triangles or vertices than 32-bit indices can name.
+    #[error("the scene has {found} {what}; at most {limit} can be cast against; split the scene")]
+    TooMany {
+        /// `triangles` or `vertices`.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there may be.
+        limit: usize,
+    },
+}
+
+/// obvhs numbers up to twice as many nodes in 32 bits.
+const LARGEST_COUNT: usize = 1 << 30;
+
+impl SceneCaster {
+    /// Welds the vertices, drops triangles with two equal corners (they have no area and change no outline) and
+    /// builds the tree. A scene without triangles is fine: nothing is ever hit.
+    pub fn new(scene: &Scene) -> Result<Self, CasterError> {
+        for (what, found) in [("triangles", scene.triangles.len()), ("vertices", scene.positions.len())] {
+            if found > LARGEST_COUNT {
+                return Err(CasterError::TooMany { what, found, limit: LARGEST_COUNT });
+            }
+        }
+        let bad =
+            scene.positions.iter().position(|p| !(p.abs().max_element() <= MAX_COORDINATE && p.is_finite()));
+        if let Some(index) = bad {
+            let DVec3 { x, y, z } = scene.positions[index];
+            return Err(CasterError::BadVertex { index, x, y, z });
+        }
+        let count = scene.positions.len();
+        for (triangle, indices) in scene.triangles.iter().enumerate() {
+            if let Some(&vertex) = indices.iter().find(|&&vertex| vertex as usize >= count) {
+                return Err(CasterError::BadIndex { triangle, vertex, count });
+            }
+        }
+        let welded = weld::weld(&scene.positions);
+        let triangles: Vec<[u32; 3]> = scene
+            .triangles
+            .iter()
+            .map(|triangle| {
+                let mut indices = triangle.map(|index| welded.index_of[index as usize]);
+                indices.sort_unstable();
+                indices
+            })
+            .filter(|[a, b, c]| a != b && b != c)
+            .collect();
+        Ok(Self::of_welded(welded.positions, triangles))
+    }
+
+    fn of_welded(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Self {
+        // Of the triangles, not of stray vertices.
+        let bounds =
+            triangles.iter().flatten().map(|&index| positions[index as usize]).fold(None, |bounds, p| {
+                let (low, high): (DVec3, DVec3) = bounds.unwrap_or((p, p));
+                Some((low.min(p), high.max(p)))
+            });
+        let (bvh, order) = Bvh::build(&positions, &triangles, bounds.unwrap_or_default());
+        let mut triangles: Vec<[u32; 3]> = order.iter().map(|&index| triangles[index as usize]).collect();
+        let positions = in_order_of_use(&positions, &mut triangles);
+        Self { positions, triangles, bvh, bounds }
+    }
+
+    /// Lowest and highest corner of all triangles, world space; `None` without triangles.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        self.bounds
+    }
+
+    /// Triangles that can be hit.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Bytes that the caster holds.
+    pub fn memory_bytes(&self) -> u64 {
+        let vertices = self.positions.capacity() * size_of::<DVec3>();
+        let triangles = self.triangles.capacity() * size_of::<[u32; 3]>();
+        (vertices + triangles) as u64 + self.bvh.memory_bytes()
+    }
+
+    /// Distance > 0 to the first surface along the ray from `start` (world space) in the unit direction `along`, not
+    /// beyond `limit`; `None` if there is none.
+    pub fn closest_hit(&self, start: DVec3, along: DVec3, limit: f64) -> Option<f64> {
+        self.first_crossing(&RayPlane::any(start, DVec3::ZERO, along), limit)
+    }
+
+    /// Whether any surface lies on the ray at a distance > 0 and ≤ `limit`.
+    pub fn any_hit(&self, start: DVec3, along: DVec3, limit: f64) -> bool {
+        self.any_crossing(&RayPlane::any(start, DVec3::ZERO, along), limit)
+    }
+
+    /// The corners of all triangles, shared ones repeatedly.
+    pub(crate) fn all_corners(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.triangles.iter().flatten().map(|&index| self.positions[index as usize])
+    }
+
+    pub(crate) fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// The corners of a triangle, in welded order.
+    #[inline]
+    pub(crate) fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|index| self.positions[index as usize])
+    }
+
+    /// The first crossing of the plane's ray with a surface, in (0, limit].
+    pub(crate) fn first_crossing(&self, plane: &RayPlane, limit: f64) -> Option<f64> {
+        let walk = RayWalk::new(&self.bvh, plane.reference + plane.start, plane.along)?;
+        let mut first = None;
+        walk.visit(limit, |start, count, limit| {
+            let mut limit = limit;
+            for triangle in start..start + count {
+                if let Some(x) = plane.cut(self.corners(triangle)).and_then(|segment| segment.crossing())
+                    && x > 0.0
+                    && x <= limit
+                {
+                    limit = x;
+                    first = Some(x);
+                }
+            }
+            limit
+        });
+        first
+    }
+
+    /// Whether the plane's ray crosses a surface in (0, limit].
+    pub(crate) fn any_crossing(&self, plane: &RayPlane, limit: f64) -> bool {
+        let Some(walk) = RayWalk::new(&self.bvh, plane.reference + plane.start, plane.along) else {
+            return false;
+        };
+        let end = walk.visit(limit, |start, count, limit| {
+            let hit = (start..start + count).any(|triangle| {
+                let crossing = plane.cut(self.corners(triangle)).and_then(|segment| segment.crossing());
+                crossing.is_some_and(|x| x > 0.0 && x <= limit)
+            });
+            if hit { f64::NEG_INFINITY } else { limit }
+        });
+        end == f64::NEG_INFINITY
+    }
+}
+
+/// Renumbers the vertices in the order in which the triangles use them first, so that neighbours in the tree are
+/// neighbours in memory; drops those that none uses. Indices ascend again within each triangle afterwards.
+fn in_order_of_use(positions: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
+    const UNUSED: u32 = u32::MAX;
+    let mut renumbered = vec![UNUSED; positions.len()];
+    let mut used = Vec::new();
+    for triangle in triangles {
+        for index in triangle.iter_mut() {
+            let old = *index as usize;
+            if renumbered[old] == UNUSED {
+                renumbered[old] = used.len() as u32;
+                used.push(positions[old]);
+            }
+            *index = renumbered[old];
+        }
+        triangle.sort_unstable();
+    }
+    used.shrink_to_fit();
+    used
+}

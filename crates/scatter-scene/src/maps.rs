@@ -1,0 +1,132 @@
+//! The maps of a shot, made once and lent to frames: depth along the view rays, and the light's shadow maps.
+
+use scatter_core::{Camera, CubeShadow, DepthMap, Light, MapProjection, ModelError, ShadowLayer, ShadowMap};
+
+use crate::caster::SceneCaster;
+use crate::fit::{FittedMap, fit_cascades, fit_map};
+
+/// Depth and shadow texels with their projections; frames borrow them.
+#[derive(Debug, Clone)]
+pub struct ShotMaps {
+    image_size: [u32; 2],
+    depth: Vec<f32>,
+    fitted: FittedMap,
+    /// All layers one behind the other.
+    shadow: Vec<f32>,
+}
+
+impl ShotMaps {
+    /// Casts both maps: `map_size` texels a side, fitted by [`fit_map`].
+    pub fn build(
+        caster: &SceneCaster,
+        camera: &Camera,
+        light: &Light,
+        max_distance: f64,
+        map_size: u32,
+    ) -> Result<Self, ModelError> {
+        let mut depth = Vec::new();
+        caster.depth_map(camera, &mut depth);
+        let fitted =
+            fit_map(caster, camera, DepthMap::new(&depth, camera.size())?, light, max_distance, map_size)?;
+        Self::with_shadow(caster, camera, depth, fitted)
+    }
+
+    /// As [`Self::build`], with `count` cascades for a directional light (1 to 16); other lights have none, and get
+    /// their one map.
+    pub fn build_cascaded(
+        caster: &SceneCaster,
+        camera: &Camera,
+        light: &Light,
+        max_distance: f64,
+        map_size: u32,
+        count: u32,
+    ) -> Result<Self, ModelError> {
+        let Light::Directional(sun) = light else {
+            return Self::build(caster, camera, light, max_distance, map_size);
+        };
+        if !(1..=16).contains(&count) {
+            let field = "cascade count".to_string();
+            return Err(ModelError::OutOfRange { field, value: count.into(), range: "1 to 16 cascades" });
+        }
+        let mut depth = Vec::new();
+        caster.depth_map(camera, &mut depth);
+        let map = DepthMap::new(&depth, camera.size())?;
+        let fitted = fit_cascades(caster, camera, map, sun.direction(), max_distance, map_size, count)?;
+        Self::with_shadow(caster, camera, depth, fitted)
+    }
+
+    fn with_shadow(
+        caster: &SceneCaster,
+        camera: &Camera,
+        depth: Vec<f32>,
+        fitted: FittedMap,
+    ) -> Result<Self, ModelError> {
+        let mut shadow = Vec::new();
+        match &fitted {
+            FittedMap::Orthographic(projection) | FittedMap::Perspective(projection) => {
+                caster.shadow_map(projection, &mut shadow)?;
+            }
+            FittedMap::Cube { position, size } => caster.cube_map(*position, *size, &mut shadow)?,
+            FittedMap::Cascades(projections) => {
+                let mut layer = Vec::new();
+                for projection in projections {
+                    caster.shadow_map(projection, &mut layer)?;
+                    shadow.extend_from_slice(&layer);
+                }
+            }
+        }
+        Ok(Self { image_size: camera.size(), depth, fitted, shadow })
+    }
+
+    /// Distances along the view rays. Checks every texel, as all maps do when they are borrowed; the texels of a cast
+    /// pass.
+    pub fn depth_map(&self) -> Result<DepthMap<'_>, ModelError> {
+        DepthMap::new(&self.depth, self.image_size)
+    }
+
+    /// The light's shadows. Checks every texel.
+    pub fn shadow_map(&self) -> Result<ShadowMap<'_>, ModelError> {
+        let area =
+            |projection: &MapProjection| projection.size().map(|n| n as usize).iter().product::<usize>();
+        Ok(match &self.fitted {
+            FittedMap::Orthographic(projection) => {
+                ShadowMap::Orthographic(ShadowLayer::new(*projection, &self.shadow)?)
+            }
+            FittedMap::Perspective(projection) => {
+                ShadowMap::Perspective(ShadowLayer::new(*projection, &self.shadow)?)
+            }
+            FittedMap::Cube { position, size } => {
+                ShadowMap::Cube(CubeShadow::new(*position, *size, &self.shadow)?)
+            }
+            FittedMap::Cascades(projections) => {
+                let mut rest = self.shadow.as_slice();
+                let layers = projections.iter().map(|projection| {
+                    let (texels, behind) = rest.split_at(area(projection).min(rest.len()));
+                    rest = behind;
+                    ShadowLayer::new(*projection, texels)
+                });
+                ShadowMap::Cascades(layers.collect::<Result<_, _>>()?)
+            }
+        })
+    }
+
+    /// Where the shadow map looks.
+    pub fn fitted(&self) -> &FittedMap {
+        &self.fitted
+    }
+
+    /// Distances along the view rays, `[y][x]`.
+    pub fn depth(&self) -> &[f32] {
+        &self.depth
+    }
+
+    /// All depths of the shadow maps, layer by layer.
+    pub fn shadow(&self) -> &[f32] {
+        &self.shadow
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> u64 {
+        ((self.depth.capacity() + self.shadow.capacity()) * size_of::<f32>()) as u64
+    }
+}

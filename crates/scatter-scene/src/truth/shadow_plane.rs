@@ -1,0 +1,204 @@
+//! What a light does in the plane that it spans with a view ray: which stretch of the ray a segment shadows.
+//!
+//! All shadow rays from one view ray to one light lie in one plane (1-model.md, Truth, level 2). With x along the ray
+//! and y towards the light, a blocker at (x, y), y ≥ 0, shadows the ray's point
+//!
+//! ```text
+//!     sun:   t = x − y·cot(angle between ray and light)
+//!     lamp:  t = t₀ + (x − t₀)·h/(h − y),   y < h,   lamp at (t₀, h)
+//! ```
+//!
+//! Both maps are monotone along a segment, so a segment shadows the stretch between the images of its ends: cut at
+//! y = 0, where the surface meets the ray itself, and at y = h, where the image is ±∞.
+
+use glam::{DVec3, Vec4};
+use scatter_core::{Light, ViewRay};
+
+use crate::caster::{Bvh, F32_ROUNDING, Node, PlanePoint, RayPlane, Segment};
+
+/// Sine of the angle below which a ray counts as parallel to the light (or as one through the lamp). The plane's
+/// normal then has 2⁻⁵²/1e-9 = 2e-7 of relative error left, a displacement of the light by less than its rounding;
+/// taking the ray as parallel moves a shadow ray by 1e-9 of its length.
+const PARALLEL: f64 = 1e-9;
+
+/// The light as a view ray sees it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum LightOnRay {
+    /// Light and ray span a plane.
+    Plane(ShadowPlane),
+    /// The ray runs to a light at this distance in front of its start (∞: the sun).
+    Towards(RayPlane, f64),
+    /// The ray runs away from a light at this distance behind its start (∞: the sun).
+    Away(RayPlane, f64),
+}
+
+/// The plane of a view ray and a light.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ShadowPlane {
+    pub plane: RayPlane,
+    image: Image,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Image {
+    Sun { cotangent: f64 },
+    Lamp { closest: f64, height: f64 },
+}
+
+/// Linear functions of the position that bound the shadow of a box, in f32 with their rounding.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BoxShadow {
+    columns: [Vec4; 3],
+    bias: Vec4,
+    margin: Vec4,
+    lamp: Option<LampInBox>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct LampInBox {
+    closest: f64,
+    height: f32,
+}
+
+impl LightOnRay {
+    /// For a view ray of a camera whose eye is at `eye` (world space).
+    pub fn new(light: &Light, eye: DVec3, ray: &ViewRay) -> Self {
+        let along = ray.direction;
+        let to_light = match light {
+            Light::Directional(sun) => -sun.direction(),
+            Light::Point(lamp) => (lamp.position() - eye) - ray.origin,
+            Light::Spot(spot) => (spot.lamp().position() - eye) - ray.origin,
+        };
+        let is_sun = matches!(light, Light::Directional(_));
+        let (ahead, cross) = (along.dot(to_light), along.cross(to_light));
+        if !(cross.length() > PARALLEL * to_light.length()) {
+            let any = RayPlane::any(eye, ray.origin, along);
+            let distance = if is_sun { f64::INFINITY } else { ahead.abs() };
+            return if ahead > 0.0 { Self::Towards(any, distance) } else { Self::Away(any, distance) };
+        }
+        // The cross product's rounding has a component along the ray; without it the ray lies in the plane.
+        let normal = cross.normalize();
+        let normal = (normal - along * normal.dot(along)).normalize();
+        let plane = RayPlane::with_normal(eye, ray.origin, along, normal);
+        let height = to_light.dot(plane.up);
+        let image = if is_sun {
+            Image::Sun { cotangent: ahead / height }
+        } else {
+            Image::Lamp { closest: ahead, height }
+        };
+        Self::Plane(ShadowPlane { plane, image })
+    }
+
+    /// The plane in which the ray's first hit is looked for.
+    pub fn plane(&self) -> &RayPlane {
+        match self {
+            Self::Plane(shadow) => &shadow.plane,
+            Self::Towards(plane, _) | Self::Away(plane, _) => plane,
+        }
+    }
+}
+
+impl ShadowPlane {
+    /// The stretch of the ray that a segment shadows, any order of its ends, not cut to the ray.
+    #[inline]
+    pub fn shadow(&self, segment: &Segment) -> Option<(f64, f64)> {
+        let Segment(a, b) = segment;
+        let outside = |p: &PlanePoint| p.y < 0.0;
+        let (p, q) = match self.image {
+            Image::Sun { cotangent } => {
+                if outside(a) && outside(b) {
+                    return None;
+                }
+                let image = |p: &PlanePoint| p.x - p.y * cotangent;
+                match segment.crossing() {
+                    None => (image(a), image(b)),
+                    Some(on_ray) => (on_ray, image(if outside(a) { b } else { a })),
+                }
+            }
+            Image::Lamp { closest, height } => {
+                let beyond = |p: &PlanePoint| p.y >= height;
+                if (outside(a) && outside(b)) || (beyond(a) && beyond(b)) {
+                    return None;
+                }
+                let on_ray = segment.crossing();
+                let image = |p: &PlanePoint, other: &PlanePoint| {
+                    if outside(p) {
+                        // One end is outside and the other is not: the segment crosses.
+                        on_ray.unwrap_or(p.x)
+                    } else if beyond(p) {
+                        let weight = (height - p.y) / (other.y - p.y);
+                        let at_height = p.x + (other.x - p.x) * weight;
+                        f64::INFINITY.copysign(at_height - closest)
+                    } else {
+                        closest + (p.x - closest) * (height / (height - p.y))
+                    }
+                };
+                (image(a, b), image(b, a))
+            }
+        };
+        Some((p.min(q), p.max(q)))
+    }
+
+    /// The functions that bound the shadows of boxes of this tree.
+    pub fn box_shadow(&self, bvh: &Bvh) -> BoxShadow {
+        let RayPlane { reference, start, along, up, normal } = self.plane;
+        let centre = (bvh.centre - reference) - start;
+        let (rows, shifts, lamp) = match self.image {
+            Image::Sun { cotangent } => ([normal, along - cotangent * up, up], [0.0; 3], None),
+            Image::Lamp { closest, height } => (
+                [normal, along, -up],
+                [0.0, -closest, height],
+                // Rounded up, so that no box below the ray's line is lost to it.
+                Some(LampInBox { closest, height: height as f32 * (1.0 + f32::EPSILON) }),
+            ),
+        };
+        let of_rows = |f: &dyn Fn(usize) -> f64| Vec4::new(f(0) as f32, f(1) as f32, f(2) as f32, 0.0);
+        let bias = of_rows(&|row| rows[row].dot(centre) + shifts[row]);
+        // Rounding of rows, box, products and sums against the largest coordinate, and of the bias: fewer than 8.
+        let reach = of_rows(&|row| rows[row].abs().element_sum() * f64::from(bvh.largest));
+        // f64 rounding of the bias where its terms cancel far from the origin.
+        let cancelled = of_rows(&|row| {
+            1e-15
+                * (rows[row].abs().dot(bvh.centre.abs() + reference.abs() + start.abs()) + shifts[row].abs())
+        });
+        BoxShadow {
+            columns: [0, 1, 2].map(|axis| of_rows(&|row| rows[row][axis])),
+            bias,
+            margin: (reach + bias.abs()) * (8.0 * F32_ROUNDING) + cancelled,
+            lamp,
+        }
+    }
+}
+
+impl BoxShadow {
+    /// A stretch of the ray that holds the shadow of all that is in the box; `None` if nothing in it meets the plane
+    /// on the light's side.
+    #[inline(always)]
+    pub fn of(&self, node: &Node) -> Option<(f64, f64)> {
+        let (c, h) = (node.centre(), node.half());
+        let [x, y, z] = self.columns;
+        let middle = x * c.x + y * c.y + z * c.z + self.bias;
+        let reach = x.abs() * h.x + y.abs() * h.y + z.abs() * h.z + self.margin;
+        let (low, high) = (middle - reach, middle + reach);
+        // Comparisons with NaN (an overflow) keep the box.
+        if low.x > 0.0 || high.x < 0.0 || high.z < 0.0 {
+            return None;
+        }
+        let Some(lamp) = self.lamp else {
+            return Some((low.y.into(), high.y.into()));
+        };
+        if low.z > lamp.height {
+            return None;
+        }
+        // x − t₀ in [low.y, high.y] over h − y in [near, far]: the quotient's extremes are at corners.
+        let (near, far) = (low.z.max(0.0), high.z.min(lamp.height));
+        let from_closest = |x: f32, outward: bool| x * (lamp.height / if outward { near } else { far });
+        let (first, last) = (from_closest(low.y, low.y < 0.0), from_closest(high.y, high.y > 0.0));
+        // Three roundings in each; the sum with the closest approach is taken in f64.
+        let slack = 8.0 * F32_ROUNDING;
+        Some((
+            lamp.closest + f64::from(first - slack * first.abs()),
+            lamp.closest + f64::from(last + slack * last.abs()),
+        ))
+    }
+}

@@ -1,0 +1,118 @@
+//! The union of shadow intervals on one view ray, kept sorted and disjoint while it grows.
+
+/// Shadowed spans within `[0, end]`: sorted, disjoint, never touching.
+///
+/// The union is exact: ends are compared, never computed. So the order in which intervals come, and whether one that
+/// lies within the union comes at all, does not change a bit of it.
+#[derive(Debug, Default)]
+pub(crate) struct ShadowSpans {
+    spans: Vec<(f64, f64)>,
+    end: f64,
+}
+
+impl ShadowSpans {
+    /// Starts an empty union on `[0, end]`, `end` ≥ 0 or ∞.
+    pub fn reset(&mut self, end: f64) {
+        self.spans.clear();
+        self.end = end;
+    }
+
+    /// Adds `[low, high]`, cut to `[0, end]`. Whether the union grew.
+    #[inline]
+    pub fn add(&mut self, low: f64, high: f64) -> bool {
+        let (low, high) = (low.max(0.0), high.min(self.end));
+        if !(low < high) {
+            return false;
+        }
+        let first = self.spans.partition_point(|span| span.1 < low);
+        let behind = first + self.spans[first..].partition_point(|span| span.0 <= high);
+        if first == behind {
+            self.spans.insert(first, (low, high));
+            return true;
+        }
+        let merged = (low.min(self.spans[first].0), high.max(self.spans[behind - 1].1));
+        if behind - first == 1 && merged == self.spans[first] {
+            return false;
+        }
+        self.spans[first] = merged;
+        self.spans.drain(first + 1..behind);
+        true
+    }
+
+    /// Whether `[low, high]`, cut to `[0, end]`, lies within the union (an empty rest does).
+    #[inline]
+    pub fn covers(&self, low: f64, high: f64) -> bool {
+        let (low, high) = (low.max(0.0), high.min(self.end));
+        if !(low <= high) {
+            return true;
+        }
+        let index = self.spans.partition_point(|span| span.1 < low);
+        self.spans.get(index).is_some_and(|span| span.0 <= low && high <= span.1)
+    }
+
+    /// Whether all of `[0, end]` is shadowed.
+    pub fn is_full(&self) -> bool {
+        self.spans.first() == Some(&(0.0, self.end))
+    }
+
+    /// The lit rest of `[0, end]`, in order.
+    pub fn lit(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let starts = std::iter::once(0.0).chain(self.spans.iter().map(|span| span.1));
+        let ends = self.spans.iter().map(|span| span.0).chain(std::iter::once(self.end));
+        starts.zip(ends).filter(|(a, b)| a < b)
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> u64 {
+        (self.spans.capacity() * size_of::<(f64, f64)>()) as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn touching_intervals_leave_no_light_between_them() {
+        let mut spans = ShadowSpans::default();
+        spans.reset(10.0);
+        assert!(spans.add(4.0, 6.0) && spans.add(-1.0, 2.5) && spans.add(2.5, 4.0));
+        assert_eq!(spans.lit().collect::<Vec<_>>(), [(6.0, 10.0)]);
+        assert!(spans.covers(-5.0, 6.0) && !spans.covers(5.0, 6.1));
+        assert!(!spans.add(3.0, 5.0) && !spans.is_full());
+        assert!(spans.add(6.0, f64::INFINITY) && spans.is_full());
+        assert_eq!(spans.lit().count(), 0);
+    }
+
+    #[test]
+    fn an_endless_ray_is_full_only_with_an_endless_shadow() {
+        let mut spans = ShadowSpans::default();
+        spans.reset(f64::INFINITY);
+        spans.add(f64::NEG_INFINITY, 1e300);
+        assert!(!spans.is_full());
+        spans.add(1.0, f64::INFINITY);
+        assert!(spans.is_full());
+    }
+
+    proptest! {
+        /// Small integers, so that intervals often touch; a cell is shadowed if an interval holds its middle.
+        #[test]
+        fn the_union_is_that_of_the_cells(intervals in prop::collection::vec((0i32..20, 0i32..20), 0..20)) {
+            let mut spans = ShadowSpans::default();
+            spans.reset(16.0);
+            for &(a, b) in &intervals {
+                spans.add(f64::from(a - 2), f64::from(b - 2));
+            }
+            for cell in 0..16 {
+                let middle = f64::from(cell) + 0.5;
+                let shadowed = intervals.iter().any(|&(a, b)| f64::from(a - 2) < middle && middle < f64::from(b - 2));
+                let lit = spans.lit().any(|(a, b)| a < middle && middle < b);
+                prop_assert_eq!(lit, !shadowed);
+                prop_assert_eq!(spans.covers(f64::from(cell), f64::from(cell + 1)), shadowed);
+            }
+            let lit: Vec<_> = spans.lit().collect();
+            prop_assert!(lit.windows(2).all(|pair| pair[0].1 < pair[1].0));
+        }
+    }
+}

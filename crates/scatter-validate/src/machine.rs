@@ -1,0 +1,86 @@
+//! The machine and the build that a table was measured with.
+
+use serde::Serialize;
+
+/// Where a measurement ran, and what it was built with.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Machine {
+    /// The processor's name, as the system tells it.
+    pub cpu: String,
+    /// Logical cores that this process may use.
+    pub cores: usize,
+    /// Operating system and architecture.
+    pub os: String,
+    /// Compiler.
+    pub rustc: String,
+    /// Widest vector instructions that the processor has, or `baseline` where they are switched off.
+    pub simd: String,
+    /// Version of this project.
+    pub version: String,
+}
+
+impl Machine {
+    /// This machine and this build.
+    pub fn this() -> Self {
+        Self {
+            cpu: cpu_name().unwrap_or_else(|| "unknown processor".into()),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            os: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            rustc: env!("SCATTER_RUSTC_VERSION").into(),
+            simd: simd_level().into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+        }
+    }
+}
+
+impl std::fmt::Display for Machine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { cpu, cores, os, rustc, simd, version } = self;
+        write!(f, "{cpu}, {cores} cores, {simd}, {os}, {rustc}, scatter {version}")
+    }
+}
+
+/// Linux says it in a file; elsewhere the environment may (Windows), or nobody does.
+fn cpu_name() -> Option<String> {
+    let from_proc = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name") || line.starts_with("Model"))?;
+        Some(line.split_once(':')?.1.trim().to_string())
+    });
+    from_proc.or_else(|| std::env::var("PROCESSOR_IDENTIFIER").ok()).filter(|name| !name.is_empty())
+}
+
+fn simd_level() -> &'static str {
+    if std::env::var_os("SCATTER_SIMD").is_some_and(|value| value == "baseline") {
+        return "baseline";
+    }
+    #[cfg(target_arch = "x86_64")]
+    {
+        if std::is_x86_feature_detected!("avx512f") {
+            return "avx512";
+        }
+        if std::is_x86_feature_detected!("avx2") {
+            return "avx2";
+        }
+        "sse2"
+    }
+    #[cfg(target_arch = "aarch64")]
+    {
+        "neon"
+    }
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    {
+        "portable"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_field_says_something() {
+        let machine = Machine::this();
+        assert!(machine.cores >= 1 && machine.rustc.starts_with("rustc"), "{machine}");
+        assert!(!machine.cpu.is_empty() && !machine.simd.is_empty());
+    }
+}

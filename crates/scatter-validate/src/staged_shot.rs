@@ -1,0 +1,191 @@
+//! A shot made ready to be measured: its triangles in a caster, its maps cast once, its frames lent to techniques.
+
+use std::time::Instant;
+
+use scatter_core::{
+    Camera, DepthMap, Frame, Light, Medium, ModelError, Projection, RenderError, SceneFacts, ShadowMap,
+    Window,
+};
+use scatter_scene::{CasterError, OwnedTexture, SceneCaster, Shot, ShotMaps};
+
+/// A shot whose maps are made.
+#[derive(Debug)]
+pub struct StagedShot {
+    name: String,
+    camera: Camera,
+    medium: Medium,
+    max_distance: f64,
+    lights: Vec<StagedLight>,
+    caster: SceneCaster,
+    map_size: u32,
+    maps_ms: f64,
+}
+
+#[derive(Debug)]
+struct StagedLight {
+    light: Light,
+    texture: Option<OwnedTexture>,
+    /// None once they are dropped.
+    maps: Option<ShotMaps>,
+}
+
+/// A shot that cannot be measured.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StageError {
+    /// Its parts make no frame.
+    #[error("{shot}: {source}")]
+    Model {
+        /// The shot.
+        shot: String,
+        /// What is wrong, and the cure.
+        source: ModelError,
+    },
+    /// Its triangles cannot be cast against.
+    #[error("{shot}: {source}")]
+    Caster {
+        /// The shot.
+        shot: String,
+        /// What is wrong, and the cure.
+        source: CasterError,
+    },
+    /// A technique gave up on it.
+    #[error("{shot}: {method}: {source}")]
+    Render {
+        /// The shot.
+        shot: String,
+        /// The technique.
+        method: &'static str,
+        /// Why.
+        source: RenderError,
+    },
+}
+
+impl StagedShot {
+    /// Builds the caster, drops the loaded mesh and casts depth and shadow maps of `map_size` texels a side.
+    pub fn new(shot: Shot, map_size: u32) -> Result<Self, StageError> {
+        let Shot { name, camera, lights, medium, max_distance, scene, .. } = shot;
+        let caster =
+            SceneCaster::new(&scene).map_err(|source| StageError::Caster { shot: name.clone(), source })?;
+        // The caster has its own welded copy; a large scene must not be held twice.
+        drop(scene);
+        let start = Instant::now();
+        let lights = lights
+            .into_iter()
+            .map(|part| {
+                let maps = ShotMaps::build(&caster, &camera, &part.light, max_distance, map_size)
+                    .map_err(|source| StageError::Model { shot: name.clone(), source })?;
+                Ok(StagedLight { light: part.light, texture: part.texture, maps: Some(maps) })
+            })
+            .collect::<Result<Vec<_>, StageError>>()?;
+        let maps_ms = start.elapsed().as_secs_f64() * 1e3;
+        Ok(Self { name, camera, medium, max_distance, lights, caster, map_size, maps_ms })
+    }
+
+    /// The shot's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The shot's camera.
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The triangles.
+    pub fn caster(&self) -> &SceneCaster {
+        &self.caster
+    }
+
+    /// How many lights shine.
+    pub fn light_count(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// Texels along a side of each shadow map.
+    pub fn map_size(&self) -> u32 {
+        self.map_size
+    }
+
+    /// Time that the maps took \[ms\].
+    pub fn maps_ms(&self) -> f64 {
+        self.maps_ms
+    }
+
+    /// Drops depth and shadow maps; from now on frames are unshadowed and endless, as ray-cast truth reads them.
+    pub fn drop_maps(&mut self) {
+        for light in &mut self.lights {
+            light.maps = None;
+        }
+    }
+
+    /// Lends the frame of light `index` as `camera` sees it (the shot's camera, or one shifted by some pixels).
+    pub fn with_frame<R>(
+        &self,
+        index: usize,
+        camera: &Camera,
+        visit: impl FnOnce(&Frame<'_>) -> R,
+    ) -> Result<R, StageError> {
+        let wrong = |source| StageError::Model { shot: self.name.clone(), source };
+        let part = &self.lights[index];
+        let texture = part.texture.as_ref().map(OwnedTexture::as_light_texture);
+        let [width, height] = camera.size();
+        let endless;
+        let (depth, shadow) = match &part.maps {
+            Some(maps) => (maps.depth_map().map_err(wrong)?, maps.shadow_map().map_err(wrong)?),
+            None => {
+                endless = vec![f32::INFINITY; width as usize * height as usize];
+                (DepthMap::new(&endless, camera.size()).map_err(wrong)?, ShadowMap::Unshadowed)
+            }
+        };
+        let frame = Frame::new(camera, depth, &part.light, &shadow, &self.medium, self.max_distance)
+            .map_err(wrong)?
+            .with_shadow_source(&self.caster);
+        Ok(match &texture {
+            Some(texture) => visit(&frame.with_texture(texture)),
+            None => visit(&frame),
+        })
+    }
+
+    /// The facts of each light's frame, by which techniques are configured.
+    pub fn facts(&self) -> Result<Vec<SceneFacts>, StageError> {
+        (0..self.lights.len()).map(|index| self.with_frame(index, &self.camera, SceneFacts::of)).collect()
+    }
+}
+
+/// The same view at another size: the vertical extent stays, pixels keep their shape.
+pub fn resized(camera: &Camera, size: [u32; 2]) -> Result<Camera, ModelError> {
+    let [width, height] = camera.size().map(f64::from);
+    let stretch = (f64::from(size[0]) / f64::from(size[1].max(1))) / (width / height);
+    // At the same shape nothing but the pixel count changes, to the last bit.
+    if stretch == 1.0 || size[1] == 0 {
+        return camera.with_size(size);
+    }
+    let Window { left, right, bottom, top } = camera.window();
+    let window = Window { left: left * stretch, right: right * stretch, bottom, top };
+    let target = (camera.eye() + camera.forward()).to_array();
+    let (eye, up) = (camera.eye().to_array(), camera.up().to_array());
+    match camera.projection() {
+        Projection::Perspective => Camera::perspective_off_centre(eye, target, up, window, size),
+        Projection::Orthographic => Camera::orthographic(eye, target, up, top - bottom, size),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wider_image_shows_more_to_the_sides_and_the_same_above() {
+        let camera =
+            Camera::perspective([1.0, 2.0, 3.0], [0.0, 1.0, -4.0], [0.0, 1.0, 0.0], 60.0, [40, 30]).unwrap();
+        let wide = resized(&camera, [80, 30]).unwrap();
+        let exact =
+            Camera::perspective([1.0, 2.0, 3.0], [0.0, 1.0, -4.0], [0.0, 1.0, 0.0], 60.0, [80, 30]).unwrap();
+        let (a, b) = (wide.pixel_ray(71, 3).direction, exact.pixel_ray(71, 3).direction);
+        assert!((a - b).length() < 1e-14);
+        let same = resized(&camera, [80, 60]).unwrap();
+        assert_eq!(same.window(), camera.window());
+        assert!(resized(&camera, [0, 30]).is_err() && resized(&camera, [30, 0]).is_err());
+    }
+}

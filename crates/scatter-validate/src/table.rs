@@ -1,0 +1,138 @@
+//! The table that `validate` prints: aligned plain text within 120 columns, units in the header.
+
+use std::fmt::Write;
+
+use crate::figures::Figures;
+use crate::row::{Row, Verdict};
+
+/// One line a row under a header; what a FAIL or an `unsupported` means follows below.
+pub fn table(rows: &[Row]) -> String {
+    let lines: Vec<[String; COLUMNS]> = rows.iter().map(cells).collect();
+    let widths: [usize; COLUMNS] = std::array::from_fn(|column| {
+        let cells = lines.iter().map(|line| line[column].chars().count());
+        cells.chain([HEADER[column].chars().count()]).max().unwrap_or(0)
+    });
+    let mut text = String::new();
+    push_line(&mut text, &HEADER.map(String::from), &widths);
+    for line in &lines {
+        push_line(&mut text, line, &widths);
+    }
+    for row in rows {
+        match &row.verdict {
+            Some(Verdict::Fail(reasons)) => {
+                for reason in reasons {
+                    let _ = writeln!(text, "FAIL {} on {}: {reason}", row.method, row.shot);
+                }
+            }
+            Some(Verdict::Unsupported(reason)) => {
+                let _ = writeln!(text, "unsupported: {} on {}: {reason}", row.method, row.shot);
+            }
+            _ => {}
+        }
+    }
+    text
+}
+
+const COLUMNS: usize = 10;
+/// Names of the columns. `map` stands for shadow-map truth, `ray` for ray-cast truth.
+const HEADER: [&str; COLUMNS] = [
+    "shot",
+    "method",
+    "time ms",
+    "ratio",
+    "rel_rmse/map",
+    "p99/map",
+    "bias/map",
+    "rel_rmse/ray",
+    "non-fin",
+    "verdict",
+];
+
+fn cells(row: &Row) -> [String; COLUMNS] {
+    let of = |figures: Option<Figures>, pick: fn(Figures) -> f64| {
+        figures.map_or_else(|| "-".to_string(), |figures| percent(pick(figures)))
+    };
+    let non_finite = [row.errors.shadow_map, row.errors.raycast].into_iter().flatten().map(|f| f.non_finite);
+    let is_unsupported = matches!(row.verdict, Some(Verdict::Unsupported(_)));
+    [
+        row.shot.clone(),
+        row.method.clone(),
+        if is_unsupported { "-".into() } else { milliseconds(row.total_ms()) },
+        row.ratio.map_or_else(|| "-".into(), |ratio| format!("{ratio:.2}")),
+        of(row.errors.shadow_map, |f| f.rel_rmse),
+        of(row.errors.shadow_map, |f| f.p99),
+        of(row.errors.shadow_map, |f| f.bias),
+        of(row.errors.raycast, |f| f.rel_rmse),
+        non_finite.max().map_or_else(|| "-".into(), |count| count.to_string()),
+        match &row.verdict {
+            None => "-".into(),
+            Some(Verdict::Ok) => "ok".into(),
+            Some(Verdict::Fail(_)) => "FAIL".into(),
+            Some(Verdict::Unsupported(_)) => "unsupported".into(),
+        },
+    ]
+}
+
+fn push_line(text: &mut String, cells: &[String; COLUMNS], widths: &[usize; COLUMNS]) {
+    let mut line = String::new();
+    for (column, (cell, &width)) in cells.iter().zip(widths).enumerate() {
+        // Names to the left, numbers to the right.
+        let is_name = column < 2 || column == COLUMNS - 1;
+        let _ = if is_name { write!(line, "{cell:<width$}  ") } else { write!(line, "{cell:>width$}  ") };
+    }
+    text.push_str(line.trim_end());
+    text.push('\n');
+}
+
+/// A fraction in percent, three digits.
+pub(crate) fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    match percent.abs() {
+        _ if percent == 0.0 => "0 %".into(),
+        size if size < 0.001 || size >= 1e5 => format!("{percent:.1e} %"),
+        size if size < 0.1 => format!("{percent:.4} %"),
+        size if size < 10.0 => format!("{percent:.2} %"),
+        _ => format!("{percent:.1} %"),
+    }
+}
+
+/// Milliseconds, three digits.
+pub(crate) fn milliseconds(time: f64) -> String {
+    if time < 10.0 {
+        format!("{time:.2}")
+    } else if time < 100.0 {
+        format!("{time:.1}")
+    } else {
+        format!("{time:.0}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::row::tests::{figures, row};
+
+    #[test]
+    fn columns_are_aligned_and_the_widest_line_fits() {
+        let mut long = row("a-technique-of-28-characters", "sibenik-clerestory");
+        long.errors.shadow_map = Some(figures(123.456, 1e9));
+        long.errors.raycast = Some(figures(1e-9, 0.0));
+        long.ratio = Some(1234.56);
+        long.verdict = Some(Verdict::Unsupported("a reason".into()));
+        let rows = [row("raymarch", "nave"), long];
+        let text = table(&rows);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 4);
+        assert_eq!(lines[3], "unsupported: a-technique-of-28-characters on sibenik-clerestory: a reason");
+        let columns: Vec<usize> = lines[..3].iter().map(|line| line.chars().count()).collect();
+        assert!(columns.iter().all(|&width| width <= 130), "{columns:?}");
+        let method = lines[0].find("method").unwrap();
+        assert!(lines[1][method..].starts_with("raymarch") && lines[2][method..].starts_with("a-technique"));
+    }
+
+    #[test]
+    fn percentages_keep_three_digits_at_every_size() {
+        let text = [0.0, 1e-7, 1.234e-4, 0.034_56, 0.5, 12.3].map(percent);
+        assert_eq!(text, ["0 %", "1.0e-5 %", "0.0123 %", "3.46 %", "50.0 %", "1230.0 %"]);
+    }
+}
