@@ -162,8 +162,10 @@ proptest! {
         {
             let (before, after) = (scene.render(technique), darker.render(technique));
             for (b, a) in before.inscattered().iter().flatten().zip(after.inscattered().iter().flatten()) {
-                // To f32 rounding: stretches join differently.
-                prop_assert!(*a <= *b * (1.0 + 1e-6), "{}: {a} {b}", technique.id());
+                // The walk joins its stretches differently; the march takes the closed form where no texel casts
+                // a shadow, from which 1024 steps near a lamp differ.
+                let tolerance = if technique.id() == "raymarch" { 1e-4 } else { 1e-6 };
+                prop_assert!(*a <= *b * (1.0 + tolerance), "{}: {a} {b}", technique.id());
             }
         }
     }
