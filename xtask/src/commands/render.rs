@@ -8,6 +8,7 @@ use scatter::Target;
 use scatter_scene::{RaycastTruth, write_exr, write_png};
 use scatter_validate::matrix::{against, raycast_truth, row, shadow_map_truth};
 use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
+use scatter_validate::report::exposure;
 use scatter_validate::{Errors, RAYCAST_TRUTH, Row, SHADOW_MAP_TRUTH, Settings, StagedShot};
 
 use crate::Verdict;
@@ -84,7 +85,7 @@ fn render(
         write_exr(path, &measurement.image)?;
     }
     if let Some(path) = &flags.png {
-        write_png(path, &measurement.image, exposure(&measurement.image.pixels))?;
+        write_png(path, &measurement.image, exposure(&measurement.image) as f32)?;
     }
     let wants = |truth: CompareWith, truth_id: &str| match flags.compare {
         // An image is not compared with itself; asked for by name, that is an error.
@@ -131,13 +132,6 @@ fn rendered(method: Method, shot: &StagedShot, settings: &Settings) -> anyhow::R
             bail!("{}: {unsupported}; choose another technique with --method", shot.name())
         }
     }
-}
-
-/// The exposure at which the mean of what is lit becomes a middle grey: `1 − exp(−mean·exposure) = 0.3`.
-fn exposure(pixels: &[[f32; 3]]) -> f32 {
-    let lit = || pixels.iter().flatten().map(|&v| f64::from(v)).filter(|v| v.is_finite() && *v > 0.0);
-    let count = lit().count();
-    if count == 0 { 1.0 } else { (-(0.7f64.ln()) * count as f64 / lit().sum::<f64>()) as f32 }
 }
 
 fn summary(row: &Row) -> String {

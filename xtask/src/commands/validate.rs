@@ -89,7 +89,7 @@ fn heading(flags: &Validate) -> String {
     let rendering = &flags.rendering;
     let n = map_size(rendering);
     format!(
-        "level {} ({} %), shadow map {n}x{n}; errors /map against {}, /ray against {}\n\n",
+        "level {} ({} %), shadow map {n}x{n}; errors against {}, /ray against {}\n\n",
         rendering.quality,
         100.0 * rendering.quality.error(),
         scatter_validate::SHADOW_MAP_TRUTH,
