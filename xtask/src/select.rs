@@ -3,17 +3,18 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use raymarch_ref::MOST_STEPS;
 use scatter::{Camera, TECHNIQUES, Technique, technique};
 use scatter_scene::{BuiltinShot, Shot, builtin_shots, export, load_shot};
 use scatter_validate::staged_shot::resized;
-use scatter_validate::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+use scatter_validate::{Baseline, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
 use crate::flags::{Rendering, ShadowSource};
 
 /// The technique that the others' times are compared with.
 pub const BASELINE: &str = "raymarch";
 /// Texels along a side of the shadow map, without and with `--quick`.
-const MAP_SIZE: [u32; 2] = [2048, 512];
+pub const MAP_SIZE: [u32; 2] = [2048, 512];
 /// Longest side of an image with `--quick`.
 const QUICK_SIDE: u32 = 160;
 
@@ -98,9 +99,9 @@ pub fn method_ids() -> Vec<&'static str> {
     [RAYCAST_TRUTH, SHADOW_MAP_TRUTH].into_iter().chain(techniques).collect()
 }
 
-/// The marcher.
-pub fn baseline() -> Option<&'static dyn Technique> {
-    technique(BASELINE)
+/// The marcher, with its step count.
+pub fn baseline() -> Option<Baseline<'static>> {
+    technique(BASELINE).map(|technique| Baseline { technique, knob: "steps", most: MOST_STEPS })
 }
 
 /// An error for options that none of the techniques takes.

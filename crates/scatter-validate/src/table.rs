@@ -56,7 +56,7 @@ fn cells(row: &Row) -> [String; COLUMNS] {
     let is_unsupported = matches!(row.verdict, Some(Verdict::Unsupported(_)));
     [
         row.shot.clone(),
-        row.method.clone(),
+        method(row),
         if is_unsupported { "-".into() } else { milliseconds(row.total_ms()) },
         row.ratio.map_or_else(|| "-".into(), |ratio| format!("{ratio:.2}")),
         of(row.errors.shadow_map, |f| f.rel_rmse),
@@ -71,6 +71,11 @@ fn cells(row: &Row) -> [String; COLUMNS] {
             Some(Verdict::Unsupported(_)) => "unsupported".into(),
         },
     ]
+}
+
+/// The method with the options that it ran with, where they were not its own choice.
+fn method(row: &Row) -> String {
+    row.options.iter().fold(row.method.clone(), |text, (key, value)| format!("{text} {key}={value}"))
 }
 
 fn push_line(text: &mut String, cells: &[String; COLUMNS], widths: &[usize; COLUMNS]) {
