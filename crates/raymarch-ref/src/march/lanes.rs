@@ -32,7 +32,7 @@ pub fn one_where<S: Simd>(simd: S, mask: LaneMask<S>) -> Lanes<S> {
     mask.select(splat(simd, 1.0), splat(simd, 0.0))
 }
 
-/// `eˣ` for x ≤ 0, relative error ≤ 3e-7 (test); 1e-38 below −87.3.
+/// `eˣ` for x ≤ 0, relative error ≤ 3e-7 (test); 0 below −87.3, where f32 has no normal numbers.
 #[inline(always)]
 pub fn exp<S: Simd>(simd: S, x: Lanes<S>) -> Lanes<S> {
     const ROUND: f32 = 12_582_912.0;
@@ -48,7 +48,7 @@ pub fn exp<S: Simd>(simd: S, x: Lanes<S>) -> Lanes<S> {
     }
     let bits: i32x16<S> = shifted.bitcast();
     let exponent = ((bits - ROUND.to_bits() as i32) << 23) + 1.0f32.to_bits() as i32;
-    p * exponent.bitcast::<Lanes<S>>()
+    x.simd_ge(splat(simd, -87.3)).select(p * exponent.bitcast::<Lanes<S>>(), splat(simd, 0.0))
 }
 
 /// `(sin x, cos x)` for x in [0, π/2], absolute error ≤ 2e-7, the sine's relative error ≤ 2e-7 (test).
@@ -127,7 +127,7 @@ mod tests {
             }
         }
         for value in both(f32::NEG_INFINITY, |x, level| dispatch!(level, s => exp(s, load(s, x)).into())) {
-            assert!((0.0..2e-38).contains(&value), "{value:e}");
+            assert_eq!(value, 0.0);
         }
     }
 
