@@ -133,7 +133,7 @@ mod tests {
     fn both_forms_agree_over_a_wide_grid() {
         let mut worst: f64 = 0.0;
         for sigma in [1e-5, 1e-2, 0.3, 3.0] {
-            for angle in [1e-4, 0.03, 0.9, 1.6, 2.9, 3.14] {
+            for angle in [1e-4, 0.03, 0.9, 1.6, 2.9, 3.13] {
                 for b in [0.5, 9.99, 10.0, 30.0, 1e3] {
                     let quadrature = by_quadrature(sigma, 10.0, angle, 0.0, b);
                     let closed = airlight_isotropic(sigma, 10.0, angle, 0.0, b);

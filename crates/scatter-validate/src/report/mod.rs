@@ -46,7 +46,7 @@ impl Report {
     pub fn add(&mut self, rows: &[Row], pictures: &Pictures) {
         self.rows.extend_from_slice(rows);
         let reference = &pictures.shadow_map_truth;
-        let exposure = picture::exposure(&pictures.raycast_truth);
+        let exposure = exposure(&pictures.raycast_truth);
         let scale = difference_scale(reference);
         let mut figures = Vec::new();
         let mut push = |caption: String, size: [u32; 2], pixels: &[u8]| {
