@@ -261,25 +261,25 @@ impl ConeOnRay {
         self.cos_at(middle, ray) > self.cos_outer
     }
 
-    /// Ray parameters where the cosine passes `cos`: roots of `(along·x + across·h)² = cos²·(x² + h²)` with the sign
-    /// of `cos`.
+    /// Ray parameters where the cosine passes `± cos`: roots of `(along·x + across·h)² = cos²·(x² + h²)`.
     fn crossings(&self, cos: f64, ray: LampRay) -> impl Iterator<Item = f64> + use<> {
         let h = ray.distance;
         let (along, across) = (self.along, self.across);
         let quadratic = along * along - cos * cos;
         let half_linear = along * across;
         let constant = across * across - cos * cos;
-        let discriminant = half_linear * half_linear - quadratic * constant;
+        // half_linear² − quadratic·constant, multiplied out: for a cone of 90° (cos = 6e-17) the difference itself is
+        // rounding noise, and a double root would be lost.
+        let discriminant = cos * cos * (along * along + across * across - cos * cos);
         let mut roots = [f64::NAN; 2];
         if discriminant >= 0.0 {
             // The root that adds, and the other one by Vieta: no cancellation.
             let q = -(half_linear + discriminant.sqrt().copysign(half_linear));
             roots = [q / quadratic, constant / q];
         }
-        roots.into_iter().filter_map(move |y| {
-            let same_sign = (along * y + across) * cos >= 0.0;
-            (y.is_finite() && same_sign).then_some(ray.closest + y * h)
-        })
+        // Squaring also finds where the cosine passes −cos. A cut there does no harm, and to tell the two apart by a
+        // sign would be rounding noise for a cone of 90°.
+        roots.into_iter().filter(|y| y.is_finite()).map(move |y| ray.closest + y * h)
     }
 }
 
