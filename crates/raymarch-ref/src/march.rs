@@ -8,6 +8,7 @@
 //! Rays end where what is left of the transmittance is below f32's rounding ([`NEGLIGIBLE_OPTICAL_DEPTH`]), so that
 //! steps are not spent in the dark and endless rays can be marched.
 
+mod angle_span;
 mod lamp_packet;
 mod lanes;
 mod lookups;

@@ -115,37 +115,33 @@ pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize, const UNIFOR
                 let mut scattering = zero;
                 for term in march.terms {
                     let phase = phase_at(simd, term.phase, haversine);
-                    for channel in 0..CHANNELS {
-                        scattering[channel] =
-                            phase.mul_add(splat(simd, term.weight[channel]), scattering[channel]);
+                    for (sum, weight) in scattering.iter_mut().zip(term.weight) {
+                        *sum = phase.mul_add(splat(simd, weight), *sum);
                     }
                 }
-                for channel in 0..CHANNELS {
-                    values[channel] = values[channel] * scattering[channel];
+                for (value, scattering) in values.iter_mut().zip(scattering) {
+                    *value *= scattering;
                 }
             }
             if march.extinction {
-                for channel in 0..CHANNELS {
-                    let depth = tan_half.mul_add(
-                        load(simd, &march.depth_of_distance[channel]),
-                        load(simd, &march.depth_to_foot[channel]),
-                    );
+                let depths = march.depth_of_distance.iter().zip(&march.depth_to_foot);
+                for (value, (of_distance, to_foot)) in values.iter_mut().zip(depths) {
+                    let depth = tan_half.mul_add(load(simd, of_distance), load(simd, to_foot));
                     // t + d ≥ 0, whatever rounding makes of it.
-                    values[channel] = values[channel] * exp(simd, (-depth).min(splat(simd, 0.0)));
+                    *value *= exp(simd, (-depth).min(splat(simd, 0.0)));
                 }
             }
             if let Some(glass) = march.glass {
-                let colour = glass.colour(simd, sample);
-                for channel in 0..CHANNELS {
-                    values[channel] = values[channel] * colour[channel];
+                for (value, colour) in values.iter_mut().zip(glass.colour(simd, sample)) {
+                    *value *= colour;
                 }
             }
-            for channel in 0..CHANNELS {
-                block[channel] += values[channel];
+            for (sum, value) in block.iter_mut().zip(values) {
+                *sum += value;
             }
         }
-        for channel in 0..CHANNELS {
-            sum[channel] += block[channel];
+        for (sum, block) in sum.iter_mut().zip(block) {
+            *sum += block;
         }
         start = end;
     }

@@ -210,8 +210,8 @@ impl<S: Simd> Visibility<S> for CascadeMaps<'_> {
             let here = open & grid.contains(simd, u, v, splat(simd, 1.0));
             if here.any_true() {
                 let shadowed = depth.simd_gt(grid.depth(simd, grid.index(simd, u, v)));
-                lit = lit & !(here & shadowed);
-                open = open & !here;
+                lit &= !(here & shadowed);
+                open &= !here;
                 if open.all_false() {
                     break;
                 }

@@ -5,6 +5,7 @@ use glam::DVec3;
 use scatter_core::{Frame, LampRay, Light, RayLight, SceneFacts, ShadowMap};
 
 use super::NEGLIGIBLE_OPTICAL_DEPTH;
+use super::angle_span::AngleSpan;
 use super::lamp_packet::{ConeLanes, LampMarch, PhaseTerm, march_lamp};
 use super::lanes::{LANES, mixed};
 use super::lookups::{
@@ -262,9 +263,9 @@ impl<'a> Plan<'a> {
                 march.first[lane] = part.from as f32;
                 march.step[lane] = ((part.to - part.from).max(0.0) / steps) as f32;
             }
-            for channel in 0..3 {
-                march.depth_to_foot[channel][lane] = (sigma_t[channel] * closest) as f32;
-                march.depth_of_distance[channel][lane] = (sigma_t[channel] * h) as f32;
+            for (channel, sigma) in sigma_t.into_iter().enumerate() {
+                march.depth_to_foot[channel][lane] = (sigma * closest) as f32;
+                march.depth_of_distance[channel][lane] = (sigma * h) as f32;
             }
         }
         let glass_lanes = frame
@@ -312,48 +313,5 @@ impl<'a> Plan<'a> {
                 (false, true) => march_lamp::<S, V, 3, true>(simd, march, visibility),
             },
         )
-    }
-}
-
-/// A part of a ray in `ξ = φ/2 + π/4`, from 0 (infinitely far before the lamp) to π/2 (infinitely far behind it).
-#[derive(Debug, Clone, Copy)]
-struct AngleSpan {
-    from: f64,
-    to: f64,
-}
-
-impl AngleSpan {
-    /// The part `[0, end]` of a ray, cut where the transmittance is negligible.
-    fn of(ray: LampRay, end: f64, weakest: f64) -> Self {
-        let h = ray.distance;
-        // p = (t − t₀) + d without cancellation; tan ξ = p/h.
-        let path = |t: f64| {
-            let (x, d) = (t - ray.closest, ray.distance_at(t));
-            if x < 0.0 { h * (h / (d - x)) } else { x + d }
-        };
-        let start = path(0.0);
-        let reach = if weakest > 0.0 { start + NEGLIGIBLE_OPTICAL_DEPTH / weakest } else { f64::INFINITY };
-        Self { from: start.atan2(h), to: path(end).min(reach).atan2(h) }
-    }
-
-    /// The part inside of the cone: `along·sin φ + across·cos φ` is a cosine around its largest value.
-    fn within_cone(self, along: f64, across: f64, cos_outer: f64) -> Self {
-        let amplitude = along.hypot(across);
-        if !(amplitude > cos_outer) {
-            return Self { to: self.from, ..self };
-        }
-        let (peak, half) = (along.atan2(across), (cos_outer / amplitude).acos());
-        let xi = |phi: f64| 0.5 * phi + std::f64::consts::FRAC_PI_4;
-        Self { from: self.from.max(xi(peak - half)), to: self.to.min(xi(peak + half)) }
-    }
-
-    /// The same part on the ray, finite.
-    fn on_ray(self, ray: LampRay, end: f64) -> Span {
-        if !(self.to > self.from) {
-            return Span::default();
-        }
-        // x = t − t₀ = h·tan φ = −h/tan 2ξ.
-        let at = |xi: f64| (ray.closest - ray.distance / (2.0 * xi).tan()).clamp(0.0, end.min(f64::MAX));
-        Span { start: at(self.from), end: at(self.to) }
     }
 }

@@ -144,7 +144,7 @@ proptest! {
                 match filling {
                     0 => *depth = 0.0,
                     1 => *depth = f32::INFINITY,
-                    2 => *depth = if (index % width + index / width) % 2 == 0 { 0.0 } else { f32::INFINITY },
+                    2 => *depth = if (index % width + index / width).is_multiple_of(2) { 0.0 } else { f32::INFINITY },
                     _ => {}
                 }
             }
