@@ -1,4 +1,4 @@
-//! Shadow-map truth: the exact walk of every pixel's ray through the given shadow map (1-model.md, level 3).
+//! Shadow-map truth: the exact walk of every pixel's ray through the given shadow map (MODEL.md, References).
 //!
 //! Visibility is that of the map by nearest texel; each lit stretch is integrated in closed form. There is no step
 //! size and so no step error: this is what a technique that reads this shadow map can reach at best. f64.

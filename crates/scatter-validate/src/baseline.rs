@@ -1,5 +1,5 @@
 //! The technique that the others' times are divided into, at the cheapest setting of its one knob that reaches a
-//! level (1-model.md, Quality levels): the honest denominator of a speed-up.
+//! level (MODEL.md, Quality levels): the honest denominator of a speed-up.
 
 use scatter_core::{Quality, Target, Technique};
 

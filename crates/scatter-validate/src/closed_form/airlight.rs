@@ -1,5 +1,5 @@
 //! Airlight of a lamp on one lit interval, twice: by the exponential integral (isotropic, no cone; the closed form
-//! of Pegoraro and Parker 2009 as 5-algorithm-notes.md, section 1.2, derives it) and by adaptive quadrature in the
+//! of Pegoraro and Parker 2009) and by adaptive quadrature in the
 //! angle at the lamp (any phase function, any cone; Sun et al. 2005 and Kulla and Fajardo 2012 use that variable).
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use crate::closed_form::{Cone, PhaseFunction};
 
-    /// σ, lamp distance, angle, a, b and K = ∫ e^{−σ(x+d)}/d² dx (5-algorithm-notes.md, section 4; ten digits).
+    /// σ, lamp distance, angle, a, b and K = ∫ e^{−σ(x+d)}/d² dx (ten digits).
     const PUBLISHED: [(f64, f64, f64, f64, f64, f64); 9] = [
         (0.1, 10.0, 0.5, 0.0, 20.0, 0.110_030_205_1),
         (1.0, 10.0, 0.5, 0.0, 20.0, 3.241_860_946e-6),
