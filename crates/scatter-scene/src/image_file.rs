@@ -55,7 +55,8 @@ pub fn write_exr(path: &Path, image: &RadianceImage) -> Result<(), SceneError> {
         (r, g, b)
     };
     let attributes = LayerAttributes::default();
-    let layer = Layer::new((width, height), attributes, Encoding::FAST_LOSSLESS, SpecificChannels::rgb(pixel));
+    let layer =
+        Layer::new((width, height), attributes, Encoding::FAST_LOSSLESS, SpecificChannels::rgb(pixel));
     let exr = Image::from_layer(layer);
     write_atomically(path, |writer| {
         exr.write().non_parallel().to_buffered(writer).map_err(|error| match error {
@@ -79,8 +80,15 @@ pub fn write_png(path: &Path, image: &RadianceImage, exposure: f32) -> Result<()
     let [width, height] = image.size;
     write_atomically(path, |writer| {
         let mut png = Cursor::new(Vec::new());
-        image::write_buffer_with_format(&mut png, &bytes, width, height, image::ColorType::Rgb8, image::ImageFormat::Png)
-            .map_err(io::Error::other)?;
+        image::write_buffer_with_format(
+            &mut png,
+            &bytes,
+            width,
+            height,
+            image::ColorType::Rgb8,
+            image::ImageFormat::Png,
+        )
+        .map_err(io::Error::other)?;
         writer.write_all(png.get_ref())
     })
 }
@@ -117,7 +125,8 @@ pub fn read_linear_rgb(path: &Path) -> Result<RadianceImage, SceneError> {
 pub(crate) fn checked_image_size(place: &str, size: [u64; 2]) -> Checked<[u32; 2]> {
     let [width, height] = size;
     let limit = u64::from(MAX_SIDE);
-    let is_sane = (1..=limit).contains(&width) && (1..=limit).contains(&height) && width * height <= MAX_PIXELS;
+    let is_sane =
+        (1..=limit).contains(&width) && (1..=limit).contains(&height) && width * height <= MAX_PIXELS;
     if is_sane {
         // Both are at most MAX_SIDE.
         return Ok([width as u32, height as u32]);
@@ -173,12 +182,17 @@ fn decode_exr(bytes: &[u8]) -> Checked<RadianceImage> {
     let size = checked_image_size("EXR header", size)?;
     let count = size[0] as usize * size[1] as usize;
     if channels.iter().any(|samples| samples.len() != count) {
-        return Err(Fault::unsupported("EXR", "a channel is subsampled", "write all channels at full resolution"));
+        return Err(Fault::unsupported(
+            "EXR",
+            "a channel is subsampled",
+            "write all channels at full resolution",
+        ));
     }
     if channels.iter().any(|samples| matches!(samples, FlatSamples::U32(_))) {
         return Err(Fault::unsupported("EXR", "a channel holds integers", "write half or float samples"));
     }
-    let pixels = (0..count).map(|i| channels.map(|samples| samples.value_by_flat_index(i).to_f32())).collect();
+    let pixels =
+        (0..count).map(|i| channels.map(|samples| samples.value_by_flat_index(i).to_f32())).collect();
     Ok(RadianceImage { size, pixels })
 }
 
@@ -299,7 +313,8 @@ mod tests {
         write_exr(&path, &gradient()).unwrap();
         let sound = std::fs::read(&path).unwrap();
         // Windows are four i32; the data window follows its name, type and length.
-        let at = sound.windows(10).position(|w| w == b"dataWindow").unwrap() + "dataWindow\0box2i\0".len() + 4;
+        let at =
+            sound.windows(10).position(|w| w == b"dataWindow").unwrap() + "dataWindow\0box2i\0".len() + 4;
         for (x, y) in [(i32::MAX - 1, i32::MAX - 1), (16_383, 16_383), (-2, 5), (70_000, 2)] {
             let mut bytes = sound.clone();
             bytes[at + 8..at + 12].copy_from_slice(&x.to_le_bytes());

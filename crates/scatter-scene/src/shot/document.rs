@@ -47,7 +47,11 @@ impl<'a> Document<'a> {
 
     fn collect(&mut self, prefix: &str, table: &DeTable<'_>) {
         for (key, value) in table.iter() {
-            let path = if prefix.is_empty() { key.get_ref().to_string() } else { format!("{prefix}.{}", key.get_ref()) };
+            let path = if prefix.is_empty() {
+                key.get_ref().to_string()
+            } else {
+                format!("{prefix}.{}", key.get_ref())
+            };
             let range = key.span().start..value.span().end.max(key.span().end);
             self.entries.push(Entry { path: path.clone(), range });
             match value.get_ref() {
@@ -72,7 +76,8 @@ impl<'a> Document<'a> {
         // The narrowest key around the error; a table as a whole begins at its bracket, before its key.
         let around = self.entries.iter().filter(|entry| entry.range.contains(&start));
         let within = || self.entries.iter().find(|entry| span.contains(&entry.range.start));
-        let key = around.min_by_key(|entry| entry.range.len()).or_else(within).map(|entry| entry.path.as_str());
+        let key =
+            around.min_by_key(|entry| entry.range.len()).or_else(within).map(|entry| entry.path.as_str());
         let line = self.line(start);
         let place = match key {
             Some(key) => format!("line {line}: {key}"),

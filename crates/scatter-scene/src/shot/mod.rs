@@ -106,7 +106,8 @@ fn parse_shot(bytes: &[u8], folder: &Path) -> Checked<Shot> {
 }
 
 fn shot_name(path: &Path) -> String {
-    let name = |part: Option<&std::ffi::OsStr>| part.map(|p| p.to_string_lossy().into_owned()).unwrap_or_default();
+    let name =
+        |part: Option<&std::ffi::OsStr>| part.map(|p| p.to_string_lossy().into_owned()).unwrap_or_default();
     let stem = name(path.file_stem());
     let folder = name(path.parent().and_then(Path::file_name));
     if stem == "shot" && !folder.is_empty() { folder } else { stem }

@@ -8,7 +8,12 @@ use crate::error::{Checked, Fault};
 use crate::scene::{Scene, SceneCamera, SceneLens, SceneLight, SceneLightKind};
 
 /// The camera of that name, or the first one.
-pub(super) fn picked_camera(scene: &Scene, name: Option<&str>, place: &str, size: [u32; 2]) -> Checked<Camera> {
+pub(super) fn picked_camera(
+    scene: &Scene,
+    name: Option<&str>,
+    place: &str,
+    size: [u32; 2],
+) -> Checked<Camera> {
     let names = || scene.cameras.iter().map(|camera| camera.name.as_str());
     let found = match name {
         Some(name) => scene.cameras.iter().find(|camera| camera.name == name),

@@ -40,7 +40,10 @@ pub(super) fn without_mesh(document: &Document<'_>, text: &ShotText, folder: &Pa
                     return Err(Fault::invalid(document.place(key), problem, "move it into [camera]"));
                 }
             }
-            Some((camera_of(document, camera)?, checked_distance(document, "camera.max_distance", camera.max_distance)?))
+            Some((
+                camera_of(document, camera)?,
+                checked_distance(document, "camera.max_distance", camera.max_distance)?,
+            ))
         }
         Named::Gltf(_) => {
             if let Some(size) = text.resolution {
@@ -163,7 +166,10 @@ fn light_of(
     let given = vectors.iter().filter(|v| v.1.is_some()).map(|v| v.0);
     let given: Vec<&str> = given.chain(numbers.iter().filter(|n| n.1.is_some()).map(|n| n.0)).collect();
     for name in given.into_iter().filter(|name| !used.contains(name)) {
-        notes.push(format!("{} is ignored: a {kind} light has none", document.place(&format!("{key}.{name}"))));
+        notes.push(format!(
+            "{} is ignored: a {kind} light has none",
+            document.place(&format!("{key}.{name}"))
+        ));
     }
     let path = |name: &str| format!("{key}.{name}");
     let lacking = |name: &str| {
@@ -285,7 +291,11 @@ fn diagonal(scene: &Scene, place: &str) -> Checked<f64> {
     if diagonal > 0.0 && diagonal.is_finite() {
         return Ok(diagonal);
     }
-    Err(Fault::invalid(place, "the mesh is a single point, so rays have no length", "give max_distance in a shot file"))
+    Err(Fault::invalid(
+        place,
+        "the mesh is a single point, so rays have no length",
+        "give max_distance in a shot file",
+    ))
 }
 
 fn check_apart(camera: &Camera, light: &Light, place: &str) -> Checked<()> {
@@ -302,7 +312,8 @@ pub(super) fn model_fault(document: &Document<'_>, key: &str, error: &ModelError
     let first_word = text.split([' ', ':', '[']).next().unwrap_or_default();
     // The model says `light.direction`, the file perhaps `lights[2].direction`.
     let field = first_word.rsplit_once('.').map_or("", |(_, field)| field);
-    let place = if field.is_empty() { document.place(key) } else { document.place(&format!("{key}.{field}")) };
+    let place =
+        if field.is_empty() { document.place(key) } else { document.place(&format!("{key}.{field}")) };
     fault_at(place, error)
 }
 

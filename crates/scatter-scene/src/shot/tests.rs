@@ -73,7 +73,13 @@ fn the_files_that_list_all_keys_load_and_say_what_is_ignored() {
     let shot = load(&text.replace("phase = \"henyey-greenstein\"", "phase = \"isotropic\"")).unwrap();
     assert!(matches!(&shot.lights[0].light, Light::Directional(sun) if sun.irradiance() == [1.0, 2.0, 3.0]));
     let notes = shot.notes.join("|");
-    for key in ["light.position", "light.intensity", "light.inner_cone_degrees", "light.outer_cone_degrees", "medium.g"] {
+    for key in [
+        "light.position",
+        "light.intensity",
+        "light.inner_cone_degrees",
+        "light.outer_cone_degrees",
+        "medium.g",
+    ] {
         assert!(notes.contains(&format!(": {key} is ignored")), "{notes}");
     }
     assert_eq!(shot.notes.len(), 5);
@@ -99,10 +105,10 @@ fn further_lights_components_and_orthographic_cameras() {
 #[test]
 fn a_directional_texture_fills_its_rectangle_with_row_0_on_top() {
     // The sun shines down; up is −z, so right is forward × up = (−y) × (−z) = +x.
-    let text = SHOT.replace("kind = \"spot\"", "kind = \"directional\"\nirradiance = [1, 1, 1]").replace(
-        "direction = [0.3, -1.0, 0.2]",
-        "direction = [0, -1, 0]",
-    ) + "[light.texture]\nrows = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[2, 2, 2], [3, 3, 3], [4, 4, 4]]]\n\
+    let text = SHOT
+        .replace("kind = \"spot\"", "kind = \"directional\"\nirradiance = [1, 1, 1]")
+        .replace("direction = [0.3, -1.0, 0.2]", "direction = [0, -1, 0]")
+        + "[light.texture]\nrows = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[2, 2, 2], [3, 3, 3], [4, 4, 4]]]\n\
            up = [0, 0, -1]\ncenter = [10, 0, 20]\nhalf_extents = [3, 1]\n";
     let shot = load(&text).unwrap();
     let texture = shot.lights[0].texture.as_ref().unwrap();
@@ -155,8 +161,18 @@ fn faults_name_line_key_and_cure() {
         ("direction = [0.3, -1.0, 0.2]", "direction = [0, 0, 0]", "line 15: light.direction: ", "; "),
         ("direction = [0.3, -1.0, 0.2]\n", "", "line 12: light: a spot light needs `direction`", "add"),
         ("[10.0, 11.0, 12.0]", "[10.0, -11.0, 12.0]", "line 16: light.intensity: ", "≥ 0"),
-        ("inner_cone_degrees = 20.0", "inner_cone_degrees = 26.0", "line 17: light.inner_cone_degrees: ", "outer"),
-        ("outer_cone_degrees = 25.0", "outer_cone_degrees = 95.0", "line 18: light.outer_cone_degrees: ", "90"),
+        (
+            "inner_cone_degrees = 20.0",
+            "inner_cone_degrees = 26.0",
+            "line 17: light.inner_cone_degrees: ",
+            "outer",
+        ),
+        (
+            "outer_cone_degrees = 25.0",
+            "outer_cone_degrees = 95.0",
+            "line 18: light.outer_cone_degrees: ",
+            "90",
+        ),
         ("[0.02, 0.03, 0.04]", "[0.02, -0.03, 0.04]", "line 21: medium.scattering: ", "≥ 0"),
         ("[0.0, 0.5, 0.0]", "[0.0, nan, 0.0]", "line 22: medium.absorption: ", "finite"),
         ("phase = \"henyey-greenstein\"", "phase = \"mie\"", "line 23: medium.phase: ", "`rayleigh`"),
@@ -164,7 +180,12 @@ fn faults_name_line_key_and_cure() {
         ("g = 0.25\n", "", "line 20: medium: ", "add it"),
         ("mesh = \"scene.obj\"", "mesh = \"none.obj\"", "line 2: mesh: cannot read ", "relative"),
         ("mesh = \"scene.obj\"", "mesh = 3", "line 2: mesh: ", "string"),
-        ("mesh = \"scene.obj\"", "mesh = \"scene.obj\"\nresolution = [3, 3]", "line 3: resolution: ", "into [camera]"),
+        (
+            "mesh = \"scene.obj\"",
+            "mesh = \"scene.obj\"\nresolution = [3, 3]",
+            "line 3: resolution: ",
+            "into [camera]",
+        ),
         ("mesh = \"scene.obj\"", "mesh = ", "line 2", "TOML"),
         ("[medium]", "[medium", "line 20", "TOML"),
         ("[light]", "[camera]", "line 12", "TOML"),
@@ -178,7 +199,8 @@ fn faults_name_line_key_and_cure() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-    let lights = format!("{SHOT}[[lights]]\nkind = \"point\"\nposition = [0, 0, 0]\nintensity = [1, -1, 1]\n");
+    let lights =
+        format!("{SHOT}[[lights]]\nkind = \"point\"\nposition = [0, 0, 0]\nintensity = [1, -1, 1]\n");
     let message = load(&lights).unwrap_err();
     assert!(message.contains("line 28: lights[0].intensity: "), "{message}");
 }

@@ -63,7 +63,10 @@ pub(super) fn owned_texture(
             }
             // tan 90° is no field of view; the core's own limit for one perspective map is 80°.
             if spot.outer() > 80f64.to_radians() {
-                return Err(fault("a texture needs a cone of at most 80 degrees", "narrow outer_cone_degrees"));
+                return Err(fault(
+                    "a texture needs a cone of at most 80 degrees",
+                    "narrow outer_cone_degrees",
+                ));
             }
             let (position, direction) = (spot.lamp().position().to_array(), spot.direction().to_array());
             MapProjection::perspective(position, direction, text.up, spot.outer().tan(), size[0])
@@ -93,7 +96,11 @@ fn texels(
             let place = || document.place(&format!("{key}.rows"));
             let width = rows.first().map_or(0, Vec::len);
             if rows.iter().any(|row| row.len() != width) {
-                return Err(Fault::invalid(place(), "the rows differ in length", "give every row as many triples"));
+                return Err(Fault::invalid(
+                    place(),
+                    "the rows differ in length",
+                    "give every row as many triples",
+                ));
             }
             let size = checked_image_size(&place(), [width as u64, rows.len() as u64])?;
             Ok((size, rows.concat()))

@@ -130,7 +130,9 @@ fn shot(path: &Path) -> Result<(), SceneError> {
         assert!(shot.camera.pixel_ray(0, height - 1).direction.is_finite());
         assert!(shot.medium.sigma_t().iter().all(|s| s.is_finite() && *s >= 0.0));
         assert!(!shot.lights.is_empty());
-        assert!(shot.lights.iter().flat_map(|light| light.light.strength()).all(|s| s.is_finite() && s >= 0.0));
+        assert!(
+            shot.lights.iter().flat_map(|light| light.light.strength()).all(|s| s.is_finite() && s >= 0.0)
+        );
     })
 }
 

@@ -22,7 +22,8 @@ fn asset() -> Asset {
     let light = |idx: usize| json!({"KHR_lights_punctual": {"light": idx}});
     asset.root_node(json!({"camera": 0, "translation": [1, 2, 30], "name": "view"}));
     // Turned about x by −90°: −z becomes −y, and y becomes −z.
-    asset.root_node(json!({"camera": 1, "rotation": [-half, 0, 0, half], "scale": [3, 3, 3], "name": "plan"}));
+    asset
+        .root_node(json!({"camera": 1, "rotation": [-half, 0, 0, half], "scale": [3, 3, 3], "name": "plan"}));
     asset.root_node(json!({"extensions": light(0), "translation": [7, 8, 9], "name": "lamp"}));
     asset.root_node(json!({"extensions": light(1), "rotation": [-half, 0, 0, half], "name": "sun"}));
     asset
@@ -61,7 +62,9 @@ fn a_glb_alone_is_seen_by_its_first_camera_and_light() {
 
 #[test]
 fn a_shot_names_camera_and_light_of_the_file() {
-    let text = format!("mesh = \"own.glb\"\ncamera = \"gltf:plan\"\nlight = \"gltf:sun\"\nresolution = [30, 20]\n{MEDIUM}");
+    let text = format!(
+        "mesh = \"own.glb\"\ncamera = \"gltf:plan\"\nlight = \"gltf:sun\"\nresolution = [30, 20]\n{MEDIUM}"
+    );
     let shot = load(&asset(), Some(&text)).unwrap();
     assert_eq!(shot.camera.projection(), Projection::Orthographic);
     assert!((shot.camera.forward() - DVec3::NEG_Y).length() < 1e-15);
@@ -83,7 +86,10 @@ fn meshes_without_camera_or_light_say_what_to_do() {
     asset.json["nodes"][1]["camera"] = Value::Null;
     asset.json["nodes"][2]["camera"] = Value::Null;
     let message = load(&asset, None).unwrap_err();
-    assert!(message.contains("own.glb: the mesh's file has no camera; give a [camera] in a shot file"), "{message}");
+    assert!(
+        message.contains("own.glb: the mesh's file has no camera; give a [camera] in a shot file"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -92,7 +98,13 @@ fn shared_shots_load() {
     let mut count = 0;
     let mut check = |path: &std::path::Path| {
         let shot = load_shot(path).unwrap_or_else(|error| panic!("{error}"));
-        println!("{}: {} triangles, {:?}, {:?}", shot.name, shot.scene.triangles.len(), shot.camera.size(), shot.notes);
+        println!(
+            "{}: {} triangles, {:?}, {:?}",
+            shot.name,
+            shot.scene.triangles.len(),
+            shot.camera.size(),
+            shot.notes
+        );
         count += 1;
     };
     for case in std::fs::read_dir(folder.join("cases")).unwrap() {
