@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, DVec4};
 use rayon::prelude::*;
 use scatter_core::{Camera, Light, MapProjection, Projection, ShadowMapSource};
 use scatter_scene::{FittedMap, MapSource, RasterScene, SceneCaster, Shot, ShotMaps};
@@ -270,19 +270,24 @@ fn an_engines_matrix_gives_the_same_map_from_both_sources() {
     let raster = RasterScene::new(&device, &caster).unwrap();
     let (low, high) = caster.bounds().unwrap();
     let (centre, radius) = ((low + high) * 0.5, 0.5 * (high - low).length());
-    let view = DMat4::look_to_rh(
-        centre + DVec3::new(0.1, 0.2, 0.3),
-        DVec3::new(0.5, -0.8, 0.33).normalize(),
-        DVec3::Z,
-    );
+    let view = look_to(centre + DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.5, -0.8, 0.33), DVec3::Z);
+    // Columns of clip_from_view, with view −z forward; z of clip space over the stretch from `near` to `far`.
+    let (near, far) = (0.05 * radius, 0.8 * radius);
+    let clip = |x: f64, y: f64, z: [f64; 2], perspective: bool| {
+        let w = if perspective { [-1.0, 0.0] } else { [0.0, 1.0] };
+        let columns = [
+            DVec4::new(x, 0.0, 0.0, 0.0),
+            DVec4::new(0.0, y, 0.0, 0.0),
+            DVec4::new(0.0, 0.0, z[0], w[0]),
+            DVec4::new(0.0, 0.0, z[1], w[1]),
+        ];
+        DMat4::from_cols(columns[0], columns[1], columns[2], columns[3]) * view
+    };
     let matrices = [
-        // Its near plane cuts the scene: what is before it is clamped to 0, what is behind its far plane is cut.
-        (
-            "parallel",
-            DMat4::orthographic_rh(-radius, radius, -0.7 * radius, 0.7 * radius, 0.0, 0.5 * radius) * view,
-        ),
-        ("perspective", DMat4::perspective_rh(1.4, 1.2, 0.05 * radius, 0.8 * radius) * view),
-        ("endless", DMat4::perspective_infinite_rh(1.1, 0.8, 0.01 * radius) * view),
+        // Its planes cut the scene: what is before the near one is clamped to 0, what is behind the far one is cut.
+        ("parallel", clip(1.0 / radius, 1.4 / radius, [-2.0 / radius, 0.0], false)),
+        ("perspective", clip(1.2, 1.5, [far / (near - far), near * far / (near - far)], true)),
+        ("endless", clip(1.6, 1.9, [-1.0, -near], true)),
     ];
     for (what, clip) in matrices {
         let size = [201, 160];
@@ -298,6 +303,14 @@ fn an_engines_matrix_gives_the_same_map_from_both_sources() {
         assert!(count <= 40, "{what}: {count} texels differ");
     }
     assert_valid(&device);
+}
+
+/// World to view, looking along `forward` (view −z).
+fn look_to(eye: DVec3, forward: DVec3, up: DVec3) -> DMat4 {
+    let back = -forward.normalize();
+    let right = up.cross(back).normalize();
+    let row = |axis: DVec3| axis.extend(-axis.dot(eye));
+    DMat4::from_cols(row(right), row(back.cross(right)), row(back), DVec4::W).transpose()
 }
 
 /// Both sources serve as the same trait object.
