@@ -20,6 +20,8 @@ mod pass;
 mod pipeline;
 mod scene;
 mod target;
+#[cfg(test)]
+mod tests;
 
 pub use choice::{DeviceChoice, DeviceInfo, DeviceKind};
 pub use device::{RasterDevice, RasterOptions, raster_devices};

@@ -20,6 +20,9 @@ use super::pipeline::PassBlock;
 pub(super) struct DepthPass {
     pub block: PassBlock,
     pub size: [u32; 2],
+    /// Odd: the pass is drawn at this many times its size, and the middle of each block is kept. The same places are
+    /// sampled, on a grid that is finer by as much.
+    pub fineness: u32,
     pub store: Store,
     /// Whether surfaces before the near plane count; they are cut away otherwise.
     pub clamp: bool,
@@ -52,6 +55,10 @@ const DEPTH_MARGIN: f64 = 1e-3;
 /// reaches 2⁻¹²⁶, so this is not a matter of precision.
 const SMALLEST_SHARE: f64 = 1e-12;
 
+/// Largest side of an image that is drawn finer than it was asked for: 4096² texels are 64 MiB and a tenth of a second
+/// in software.
+const FINE_SIDE: u32 = 4096;
+
 impl DepthPass {
     /// The pass of a shadow map. `None` if the projection has no inverse.
     pub fn of_map(scene: &SceneBox, map: &MapProjection) -> Option<Self> {
@@ -66,7 +73,7 @@ impl DepthPass {
         let rows = [u * (2.0 / width) - DVec4::W, v * (2.0 / height) - DVec4::W, depth];
         let [low, high] = scene.extent(depth);
         let margin = DEPTH_MARGIN * scene.depth_scale(high - low);
-        let store = Store::Affine { nearest: low - margin, range: (high - low) + 2.0 * margin };
+        let store = [low - margin, (high - low) + 2.0 * margin];
         Some(Self::parallel(scene, reference, rows, store, map.size(), true))
     }
 
@@ -87,7 +94,7 @@ impl DepthPass {
                 // Rays start in the plane of the eye, where depth is 0: what is behind it is cut away.
                 let farthest = scene.extent(forward)[1].max(0.0);
                 let range = farthest + DEPTH_MARGIN * scene.depth_scale(farthest);
-                let store = Store::Affine { nearest: 0.0, range };
+                let store = [0.0, range];
                 let rows = [columns(DVec4::W), rows(DVec4::W), forward];
                 Self::parallel(scene, eye, rows, store, camera.size(), false)
             }
@@ -105,7 +112,7 @@ impl DepthPass {
         let scale = 1.0 / scene.largest(&[x, y, w]);
         let rows = [x * scale, -y * scale, z * (0.5 * scale), w * scale];
         let block = block(scene, reference, rows);
-        Self { block, size, store: Store::Half, clamp: true }
+        Self { block, size, fineness: 1, store: Store::Half, clamp: true }
     }
 
     fn perspective(scene: &SceneBox, centre: DVec3, [x, y, depth]: [DVec4; 3], size: [u32; 2]) -> Self {
@@ -115,22 +122,27 @@ impl DepthPass {
         let scale = 1.0 / farthest;
         let rows = [x * scale, y * scale, DVec4::W * (smallest * scale), depth * scale];
         let block = block(scene, centre, rows);
-        Self { block, size, store: Store::Reciprocal { smallest }, clamp: true }
+        Self { block, size, fineness: 1, store: Store::Reciprocal { smallest }, clamp: true }
     }
 
     fn parallel(
         scene: &SceneBox,
         reference: DVec3,
         [x, y, depth]: [DVec4; 3],
-        store: Store,
+        [nearest, range]: [f64; 2],
         size: [u32; 2],
         clamp: bool,
     ) -> Self {
-        let Store::Affine { nearest, range } = store else {
-            return Self { block: block(scene, reference, [x, y, depth, DVec4::W]), size, store, clamp };
-        };
         let z = (depth - DVec4::W * nearest) / range;
-        Self { block: block(scene, reference, [x, y, z, DVec4::W]), size, store, clamp }
+        let block = block(scene, reference, [x, y, z, DVec4::W]);
+        Self { block, size, fineness: 1, store: Store::Affine { nearest, range }, clamp }
+    }
+
+    /// The same pass on the finest grid for which the drawn image stays within [`FINE_SIDE`] and `limit`.
+    pub fn refined(self, limit: u32) -> Self {
+        let side = self.size[0].max(self.size[1]).max(1);
+        let fits = FINE_SIDE.min(limit) / side;
+        Self { fineness: if fits >= 3 { 3 } else { 1 }, ..self }
     }
 }
 

@@ -58,7 +58,9 @@ impl RasterScene {
         let [width, height] = camera.size();
         self.resize(out, camera.size(), 1)?;
         let Some(scene) = &self.scene else { return Ok(()) };
-        self.draw(&DepthPass::of_camera(scene, camera), out)?;
+        // One depth a pixel is all there is, and the image shows it: silhouettes get a finer grid.
+        let pass = DepthPass::of_camera(scene, camera).refined(self.device.largest_map());
+        self.draw(&pass, out)?;
         debug_assert_eq!(out.len(), width as usize * height as usize, "one texel a pixel");
         out.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
             for (x, depth) in row.iter_mut().enumerate().filter(|(_, depth)| depth.is_finite()) {
@@ -118,9 +120,9 @@ impl RasterScene {
         let device = &self.device.0;
         let mut target = self.target.lock().unwrap_or_else(PoisonError::into_inner);
         // The old image goes before the new one comes: both together may not fit.
-        let mut usable = target.take().filter(|target| target.size() == pass.size);
+        let mut usable = target.take().filter(|target| target.fits(pass));
         if usable.is_none() {
-            usable = Some(Target::new(device, pass.size)?);
+            usable = Some(Target::new(device, pass.size, pass.fineness)?);
         }
         let target = target.insert(match usable {
             Some(usable) => usable,

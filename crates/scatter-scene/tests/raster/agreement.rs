@@ -202,7 +202,7 @@ fn leaves_agree() {
 
 #[test]
 fn a_lamp_and_a_spot_agree() {
-    for name in ["lamp", "beam"] {
+    for name in ["lamp", "stage"] {
         let shot = builtin(name);
         assert!(!matches!(shot.lights[0].light, Light::Directional(_)));
         shot_agrees(&format!("a_lamp_and_a_spot_agree {name}"), &shot, 512, MAY_DIFFER);
