@@ -1,1 +1,5 @@
-//! Skeleton.
+//! What only several crates together can show: random worlds, rendered by every technique through the trait.
+
+mod world;
+
+pub use world::{Method, Mirror, World, WorldLight};

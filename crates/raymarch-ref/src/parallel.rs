@@ -13,22 +13,26 @@ pub fn for_each_row<T: Send>(values: &mut [T], width: usize, work: impl Fn(usize
     values.chunks_mut(width).enumerate().for_each(|(index, row)| work(index, row));
 }
 
-/// Calls `work(index, a, b)` for the bands of two images of the same size, `length` pixels each, and adds up what
-/// it returns.
-pub fn sum_over_bands<T: Send>(
-    (a, b): (&mut [T], &mut [T]),
-    length: usize,
-    work: impl Fn(usize, &mut [T], &mut [T]) -> u64 + Sync,
-) -> u64 {
+/// Calls `work(index, a, b, c)` for bands of two images (`lengths[0]` pixels each) with a piece of scratch memory
+/// (`lengths[1]` values) of their own.
+pub fn for_each_band<T: Send, U: Send>(
+    (a, b, scratch): (&mut [T], &mut [T], &mut [U]),
+    lengths: [usize; 2],
+    work: impl Fn(usize, &mut [T], &mut [T], &mut [U]) + Sync,
+) {
     #[cfg(feature = "rayon")]
     {
         use rayon::prelude::*;
-        a.par_chunks_mut(length)
-            .zip(b.par_chunks_mut(length))
+        a.par_chunks_mut(lengths[0])
+            .zip(b.par_chunks_mut(lengths[0]))
+            .zip(scratch.par_chunks_mut(lengths[1]))
             .enumerate()
-            .map(|(index, (a, b))| work(index, a, b))
-            .sum()
+            .for_each(|(index, ((a, b), scratch))| work(index, a, b, scratch));
     }
     #[cfg(not(feature = "rayon"))]
-    a.chunks_mut(length).zip(b.chunks_mut(length)).enumerate().map(|(index, (a, b))| work(index, a, b)).sum()
+    a.chunks_mut(lengths[0])
+        .zip(b.chunks_mut(lengths[0]))
+        .zip(scratch.chunks_mut(lengths[1]))
+        .enumerate()
+        .for_each(|(index, ((a, b), scratch))| work(index, a, b, scratch));
 }

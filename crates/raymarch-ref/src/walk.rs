@@ -19,6 +19,10 @@ use map_path::MapPath;
 use min_max_tree::MinMaxTrees;
 use texel_walk::{LitParts, walk_layer};
 
+/// Pixels along the side of a tile, whose rays pass the same part of the map. Smaller tiles read it more often,
+/// larger ones keep threads idle.
+const TILE_SIDE: u32 = 32;
+
 /// The id of [`ShadowMapWalk`].
 pub const WALK_ID: &str = "truth-shadow-map";
 
@@ -27,6 +31,8 @@ pub const WALK_ID: &str = "truth-shadow-map";
 pub struct ShadowMapWalk {
     trees: MinMaxTrees,
     skips: bool,
+    /// Texels and blocks that each band of the image asked for.
+    asked: Vec<u64>,
 }
 
 impl Default for ShadowMapWalk {
@@ -38,7 +44,7 @@ impl Default for ShadowMapWalk {
 impl ShadowMapWalk {
     /// The walk that skips uniform blocks of the map by a min/max quadtree.
     pub fn new() -> Self {
-        Self { trees: MinMaxTrees::default(), skips: true }
+        Self { trees: MinMaxTrees::default(), skips: true, asked: Vec::new() }
     }
 
     /// The walk that asks every texel: the same image to the last bit, many times slower. What the other one is
@@ -91,25 +97,37 @@ impl VolumetricShadow for ShadowMapWalk {
             self.trees.build(frame.shadow());
             clock.lap(&mut stats, "min-max tree");
         }
+        let mut asked = std::mem::take(&mut self.asked);
+        asked.clear();
+        asked.resize(height.div_ceil(TILE_SIDE) as usize, 0);
         let walk = &*self;
         let (inscattered, transmittance) = out.pixels_mut();
-        let band = |index: usize, inscattered: &mut [[f32; 3]], transmittance: &mut [[f32; 3]]| {
-            let y = index as u32;
-            let mut asked = 0;
-            for ((x, radiance), through) in (0..width).zip(inscattered).zip(transmittance) {
-                let (sum, texels) = walk.pixel(frame, x, y);
-                *radiance = sum.as_vec3().to_array();
-                *through = frame.medium().transmittance(frame.ray_end(x, y)).map(|t| t as f32);
-                asked += texels;
-            }
-            asked
-        };
-        let asked = parallel::sum_over_bands((inscattered, transmittance), width as usize, band);
+        let band_pixels = (width * TILE_SIDE) as usize;
+        parallel::for_each_band(
+            (inscattered, transmittance, &mut asked),
+            [band_pixels, 1],
+            |index, inscattered, transmittance, asked| {
+                let first_y = index as u32 * TILE_SIDE;
+                for first_x in (0..width).step_by(TILE_SIDE as usize) {
+                    for y in first_y..height.min(first_y + TILE_SIDE) {
+                        for x in first_x..width.min(first_x + TILE_SIDE) {
+                            let pixel = (y - first_y) as usize * width as usize + x as usize;
+                            let (sum, texels) = walk.pixel(frame, x, y);
+                            inscattered[pixel] = sum.as_vec3().to_array();
+                            transmittance[pixel] =
+                                frame.medium().transmittance(frame.ray_end(x, y)).map(|t| t as f32);
+                            asked[0] += texels;
+                        }
+                    }
+                }
+            },
+        );
         clock.lap(&mut stats, "walk");
-        stats.counts.push("shadow-map fetches", asked);
+        stats.counts.push("shadow-map fetches", asked.iter().sum());
+        self.asked = asked;
         stats.counts.push("rays", u64::from(width) * u64::from(height));
         crate::push_modelled(&mut stats, &SceneFacts::of(frame));
-        stats.memory_bytes = self.trees.memory_bytes();
+        stats.memory_bytes = self.trees.memory_bytes() + (self.asked.capacity() * size_of::<u64>()) as u64;
         Ok(stats)
     }
 }

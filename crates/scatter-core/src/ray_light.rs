@@ -67,13 +67,18 @@ impl<'a> RayLight<'a> {
     /// In-scattered RGB radiance \[W/(m²·sr)\] of the lit interval `[a, b]`, 0 ≤ a ≤ b ≤ ∞.
     pub fn interval(&self, a: f64, b: f64) -> DVec3 {
         match &self.kind {
-            Kind::Sun { source, sigma_t, grey: true } => *source * sun_interval(sigma_t.x, a, b),
+            Kind::Sun { source, sigma_t, grey: true } => *source * finite(sun_interval(sigma_t.x, a, b)),
             Kind::Sun { source, sigma_t, grey: false } => {
-                *source * DVec3::from(sigma_t.to_array().map(|sigma| sun_interval(sigma, a, b)))
+                *source * DVec3::from(sigma_t.to_array().map(|sigma| finite(sun_interval(sigma, a, b))))
             }
             Kind::Lamp { intensity, integral } => *intensity * integral.interval(a, b),
         }
     }
+}
+
+/// An endless ray without extinction has an infinite interval; it scatters nothing, and 0·∞ is not a number.
+fn finite(interval: f64) -> f64 {
+    interval.min(f64::MAX)
 }
 
 #[cfg(test)]
@@ -102,5 +107,18 @@ mod tests {
         let exact = |e: f64, sigma: f64| e * (1.0 - (-sigma * 3.0).exp()) * crate::INV_4PI;
         assert!((value.x - exact(4.0, 0.1)).abs() < 1e-15 && (value.y - exact(2.0, 0.2)).abs() < 1e-15);
         assert_eq!(value.z, 0.0);
+    }
+
+    #[test]
+    fn an_endless_ray_through_a_vacuum_or_a_clear_channel_scatters_nothing() {
+        let sun = Light::directional([1.0, 0.0, 0.0], [4.0, 2.0, 1.0]).unwrap();
+        let ray = ViewRay { origin: DVec3::ZERO, direction: DVec3::Z };
+        for sigma in [[0.0; 3], [0.1, 0.0, 0.2]] {
+            let medium = Medium::homogeneous(sigma, [0.0; 3], Phase::Isotropic).unwrap();
+            let value = RayLight::new(&sun, &medium, DVec3::ZERO, &ray).interval(1.0, f64::INFINITY);
+            for c in 0..3 {
+                assert!(value[c].is_finite() && (sigma[c] > 0.0) == (value[c] > 0.0), "{value}");
+            }
+        }
     }
 }

@@ -143,6 +143,9 @@ impl Rectangle {
 
     /// The stretch of `start + t·step`, t in `[from, to]`, inside of the rectangle (Liang and Barsky 1984).
     fn clip(&self, start: DVec2, step: DVec2, [from, to]: [f64; 2]) -> Option<[DVec2; 2]> {
+        if self.is_empty() {
+            return None;
+        }
         let (mut enter, mut leave) = (from, to);
         for axis in 0..2 {
             let (low, high) = (self.low[axis] - start[axis], self.high[axis] - start[axis]);

@@ -22,7 +22,8 @@ pub use caster::{CasterError, SceneCaster};
 pub use error::{Fault, SceneError};
 pub use fit::{FittedMap, fit_map};
 pub use image_file::{
-    MAX_PIXELS, MAX_SIDE, Mask, RadianceImage, read_exr, read_linear_rgb, read_mask, write_exr, write_png,
+    MAX_PIXELS, MAX_SIDE, Mask, RadianceImage, encode_png, read_exr, read_linear_rgb, read_mask, write_exr,
+    write_png,
 };
 pub use load::{MAX_COORDINATE, MAX_POSITIONS, MAX_TRIANGLES, load_scene};
 pub use maps::{MapError, MapSource, ShotMaps};

@@ -1,3 +1,31 @@
 //! The judge: closed forms, error figures, the technique × shot matrix and its report.
+//!
+//! A shot is staged once ([`StagedShot`]: caster and maps), rendered by the truths and by each technique
+//! ([`measure`](measure::measure)), compared ([`compare`]) and judged by the [`Tolerances`]; the [`Matrix`] does that
+//! for a list of techniques, which it knows through their trait alone. What comes out are [`Row`]s: a table, a JSON
+//! document, a report. [`closed_form`] stands apart: it shares no physics with the crates that it checks.
+
 pub mod closed_form;
+
+pub mod staged_shot;
+
+pub mod measure;
+
 pub mod figures;
+pub mod matrix;
+pub mod step_search;
+pub mod tolerance;
+
+pub mod machine;
+pub mod report;
+pub mod row;
+pub mod table;
+
+pub use figures::{CompareError, Figures, Labelled, compare};
+pub use machine::Machine;
+pub use matrix::{Matrix, MatrixError, Pictures, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, Settings, ShotResult};
+pub use row::{Document, Errors, Row, Verdict};
+pub use staged_shot::{StageError, StagedShot};
+pub use step_search::StepSearch;
+pub use table::table;
+pub use tolerance::{ToleranceError, Tolerances};

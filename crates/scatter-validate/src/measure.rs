@@ -36,6 +36,19 @@ pub struct Measurement {
     pub modelled: Vec<String>,
 }
 
+impl Measurement {
+    /// What stands in a row that was not run: no time, no image.
+    pub(crate) fn nothing(size: [u32; 2]) -> Self {
+        Self {
+            image: RadianceImage { size, pixels: Vec::new() },
+            time_ms: BTreeMap::new(),
+            memory_bytes: 0,
+            counts: BTreeMap::new(),
+            modelled: Vec::new(),
+        }
+    }
+}
+
 /// A measurement, or the assumption that the shot breaks.
 #[derive(Debug, Clone)]
 pub enum Outcome {

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use scatter_core::{
-    Camera, DepthMap, Frame, Light, Medium, ModelError, Projection, RenderError, SceneFacts, ShadowMap, Window,
+    Camera, DepthMap, Frame, Light, Medium, ModelError, Projection, RenderError, SceneFacts, ShadowMap,
+    Window,
 };
 use scatter_scene::{CasterError, OwnedTexture, SceneCaster, Shot, ShotMaps};
 
@@ -64,8 +65,8 @@ impl StagedShot {
     /// Builds the caster, drops the loaded mesh and casts depth and shadow maps of `map_size` texels a side.
     pub fn new(shot: Shot, map_size: u32) -> Result<Self, StageError> {
         let Shot { name, camera, lights, medium, max_distance, scene, .. } = shot;
-        let caster = SceneCaster::new(&scene)
-            .map_err(|source| StageError::Caster { shot: name.clone(), source })?;
+        let caster =
+            SceneCaster::new(&scene).map_err(|source| StageError::Caster { shot: name.clone(), source })?;
         // The caster has its own welded copy; a large scene must not be held twice.
         drop(scene);
         let start = Instant::now();

@@ -87,7 +87,10 @@ mod tests {
             let (_, found) = search(scale, 1 << 16);
             for (n, level) in found.into_iter().zip([0.10, 0.03, 0.01]) {
                 let (n, exact) = (f64::from(n.unwrap()), (scale / level).max(1.0).ceil());
-                assert!(n >= exact && n <= (CLOSENESS * exact).max(exact + 1.0), "{scale} {level}: {n} {exact}");
+                assert!(
+                    n >= exact && n <= (CLOSENESS * exact).max(exact + 1.0),
+                    "{scale} {level}: {n} {exact}"
+                );
             }
         }
     }

@@ -113,7 +113,10 @@ impl Tolerance {
         });
         if !known {
             let figures = FIGURES.join(", ");
-            return Some(format!("no figure '{}'; give shadow_map.F or raycast.F with F of {figures}", self.figure));
+            return Some(format!(
+                "no figure '{}'; give shadow_map.F or raycast.F with F of {figures}",
+                self.figure
+            ));
         }
         if !(self.max >= 0.0 && self.max.is_finite()) {
             return Some(format!("max is {}; give a finite number ≥ 0", self.max));
@@ -143,7 +146,8 @@ mod tests {
     use super::*;
     use crate::row::tests::{figures, row};
 
-    const ONE: &str = "[[row]]\nmethod = 'm'\nshot = '*'\nfigure = 'shadow_map.p99'\nmax = 0.01\nreason = 'half a step'\n";
+    const ONE: &str =
+        "[[row]]\nmethod = 'm'\nshot = '*'\nfigure = 'shadow_map.p99'\nmax = 0.01\nreason = 'half a step'\n";
 
     #[test]
     fn a_limit_applies_to_what_it_names_and_to_nothing_else() {

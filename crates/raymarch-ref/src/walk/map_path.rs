@@ -29,6 +29,8 @@ pub struct AxisPath {
     step: i32,
     /// Texels along this axis.
     count: i32,
+    /// Borders between texels that the coordinate can cross.
+    inner_count: u32,
 }
 
 /// Depth along a ray.
@@ -130,10 +132,12 @@ impl AxisPath {
             -1
         };
         // Sizes are at most 65536 (MapProjection).
-        Self { origin, rate, bend, t_ref, perspective, step, count: count as i32 }
+        let inner_count = if moves { count - 1 } else { 0 };
+        Self { origin, rate, bend, t_ref, perspective, step, count: count as i32, inner_count }
     }
 
     /// Where the coordinate passes the inner border `border`; ±∞ where it never does.
+    #[inline(always)]
     fn crossing(&self, border: i32) -> f64 {
         let offset = f64::from(border) - self.origin;
         if !self.perspective {
@@ -151,13 +155,12 @@ impl AxisPath {
 
     /// Where the ray leaves texels `first` to `first + length`, ∞ if they reach the map's last border: the outermost
     /// texels are taken to go on for ever, since the ray's part has been cut to the map already.
+    #[inline(always)]
     pub fn exit(&self, first: i32, length: i32) -> f64 {
         let border = if self.step > 0 { first + length } else { first };
-        if self.step == 0 || border <= 0 || border >= self.count {
-            f64::INFINITY
-        } else {
-            self.crossing(border)
-        }
+        // `inner_count` is 0 for a coordinate that does not move; 0 wraps around to the largest u32.
+        let inner = (border as u32).wrapping_sub(1) < self.inner_count;
+        if inner { self.crossing(border) } else { f64::INFINITY }
     }
 
     /// The texel after leaving texels `first` to `first + length`.
@@ -174,10 +177,10 @@ impl AxisPath {
     fn texel_at(&self, t: f64, guess: f64) -> i32 {
         let last = self.count - 1;
         if self.step == 0 {
-            return (self.origin.floor() as i32).clamp(0, last);
+            return (self.origin as i32).clamp(0, last);
         }
-        // The cast saturates, and NaN (at a perspective map's centre) becomes 0.
-        let mut texel = (guess.floor() as i32).clamp(0, last);
+        // The cast saturates, and NaN (at a perspective map's centre) becomes 0; so does what is above −1.
+        let mut texel = (guess as i32).clamp(0, last);
         while self.exit(texel, 1) <= t {
             texel += self.step;
         }

@@ -66,25 +66,46 @@ pub fn walk_layer<F: FnMut(f64, f64)>(
     }
 }
 
+/// Where a walk stands: a texel and the ray parameter of its entry.
+#[derive(Clone, Copy)]
+struct Stand {
+    i: i32,
+    j: i32,
+    t: f64,
+}
+
 fn walk_texels<F: FnMut(f64, f64)>(
     layer: &ShadowLayer<'_>,
     path: &MapPath,
     (a, b): (f64, f64),
     lit: &mut LitParts<F>,
 ) -> u64 {
-    let (mut i, mut j) = path.texel_at(a);
+    let (i, j) = path.texel_at(a);
+    walk_texels_of_block(layer, path, &mut Stand { i, j, t: a }, (b, i32::BITS - 1), lit)
+}
+
+/// Walks texel by texel to `b` or out of the block of side `2^shift`.
+#[inline(always)]
+fn walk_texels_of_block<F: FnMut(f64, f64)>(
+    layer: &ShadowLayer<'_>,
+    path: &MapPath,
+    stand: &mut Stand,
+    (b, shift): (f64, u32),
+    lit: &mut LitParts<F>,
+) -> u64 {
+    let Stand { mut i, mut j, mut t } = *stand;
+    let (first_i, first_j) = (i, j);
     let (mut exit_u, mut exit_v) = (path.u.exit(i, 1), path.v.exit(j, 1));
-    let mut t = a;
     let mut asked = 0;
     loop {
         let end = exit_u.min(exit_v).min(b);
         asked += 1;
         let (from, to) = path.depth.lit_part(layer.at(i as u32, j as u32), t, end);
         lit.push(from, to);
-        if end >= b {
-            return asked;
-        }
         t = end;
+        if end >= b {
+            break;
+        }
         if exit_u <= exit_v {
             i = path.u.after(i, 1);
             exit_u = path.u.exit(i, 1);
@@ -92,7 +113,12 @@ fn walk_texels<F: FnMut(f64, f64)>(
             j = path.v.after(j, 1);
             exit_v = path.v.exit(j, 1);
         }
+        if ((i ^ first_i) | (j ^ first_j)) >> shift != 0 {
+            break;
+        }
     }
+    *stand = Stand { i, j, t };
+    asked
 }
 
 fn walk_blocks<F: FnMut(f64, f64)>(
@@ -102,50 +128,53 @@ fn walk_blocks<F: FnMut(f64, f64)>(
     (a, b): (f64, f64),
     lit: &mut LitParts<F>,
 ) -> u64 {
-    let (mut i, mut j) = path.texel_at(a);
-    let mut t = a;
+    let (i, j) = path.texel_at(a);
+    let mut stand = Stand { i, j, t: a };
     let mut level = tree.top();
     let mut asked = 0;
     loop {
-        let shift = if level == 0 { 0 } else { MinMaxTree::shift(level) };
-        let (first_i, first_j, side) = (i >> shift << shift, j >> shift << shift, 1 << shift);
+        let before = stand;
+        let shift = MinMaxTree::shift(level);
+        let (first_i, first_j, side) = (stand.i >> shift << shift, stand.j >> shift << shift, 1 << shift);
         let (exit_u, exit_v) = (path.u.exit(first_i, side), path.v.exit(first_j, side));
         let end = exit_u.min(exit_v).min(b);
+        let [least, greatest] = tree.bounds(level, stand.i, stand.j);
         asked += 1;
-        if level == 0 {
-            let (from, to) = path.depth.lit_part(layer.at(i as u32, j as u32), t, end);
-            lit.push(from, to);
-        } else {
-            let [least, greatest] = tree.bounds(level, i, j);
-            match path.depth.verdict(least, greatest, t, end) {
-                BlockVerdict::Lit => lit.push(t, end),
-                BlockVerdict::Dark => {}
-                BlockVerdict::Mixed => {
-                    level -= 1;
-                    continue;
+        match path.depth.verdict(least, greatest, stand.t, end) {
+            BlockVerdict::Mixed if level > 1 => {
+                level -= 1;
+                continue;
+            }
+            BlockVerdict::Mixed => {
+                asked += walk_texels_of_block(layer, path, &mut stand, (b, shift), lit);
+                if stand.t >= b {
+                    return asked;
+                }
+            }
+            verdict => {
+                if verdict == BlockVerdict::Lit {
+                    lit.push(stand.t, end);
+                }
+                if end >= b {
+                    return asked;
+                }
+                stand.t = end;
+                // One coordinate stands on the border that was crossed; the other one went on inside of the block.
+                if exit_u <= exit_v {
+                    stand.i = path.u.after(first_i, side);
+                    stand.j = path.v.later(stand.j, path.row_at(end));
+                } else {
+                    stand.j = path.v.after(first_j, side);
+                    stand.i = path.u.later(stand.i, path.column_at(end));
                 }
             }
         }
-        if end >= b {
-            return asked;
-        }
-        t = end;
-        // One coordinate stands on the border that was crossed; the other one went on inside of the block.
-        if exit_u <= exit_v {
-            i = path.u.after(first_i, side);
-            if level > 0 {
-                j = path.v.later(j, path.row_at(t));
-            }
-        } else {
-            j = path.v.after(first_j, side);
-            if level > 0 {
-                i = path.u.later(i, path.column_at(t));
-            }
-        }
-        // Behind a block's border a larger block may be uniform; a step at a time, since mixed blocks have mixed
-        // neighbours.
+        // The larger block was mixed: its parts are taken one by one until the ray leaves it.
         if level < tree.top() {
-            level += 1;
+            let larger = MinMaxTree::shift(level + 1);
+            if ((before.i ^ stand.i) | (before.j ^ stand.j)) >> larger != 0 {
+                level += 1;
+            }
         }
     }
 }

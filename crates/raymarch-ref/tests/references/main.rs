@@ -1,4 +1,9 @@
 //! Both references against mathematics, against dense sampling, and against each other.
 
+mod analytic;
+mod as_a_technique;
+mod determinism;
+mod extremes;
+mod march_against_walk;
 mod random_scene;
 mod walk_against_sampling;

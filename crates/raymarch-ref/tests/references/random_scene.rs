@@ -255,7 +255,7 @@ pub fn dense(frame: &Frame<'_>, x: u32, y: u32, count: u32) -> Sampled {
     let h = lamp.map(|p| p.cross(ray.direction).length()).unwrap_or(1.0);
     let angles = lamp.map(|_| ((-closest / h).atan(), ((end - closest) / h).atan()));
     let strength = DVec3::from(frame.light().strength());
-    let (mut radiance, mut uncertainty) = (DVec3::ZERO, 0.0);
+    let (mut radiance, mut uncertainty, mut in_cone) = (DVec3::ZERO, 0.0, 0u32);
     let mut last = None;
     for i in 0..count {
         let share = (f64::from(i) + 0.5) / f64::from(count);
@@ -267,8 +267,8 @@ pub fn dense(frame: &Frame<'_>, x: u32, y: u32, count: u32) -> Sampled {
             }
         };
         let p = ray.origin + ray.direction * t;
-        let (travel, attenuation) = match (frame.light(), lamp) {
-            (Light::Directional(sun), _) => (sun.direction(), (-sigma_t * t).exp()),
+        let (travel, cone, attenuation) = match (frame.light(), lamp) {
+            (Light::Directional(sun), _) => (sun.direction(), 1.0, (-sigma_t * t).exp()),
             (light, Some(lamp)) => {
                 let way = ray.direction * t - lamp;
                 let d = way.length();
@@ -277,7 +277,7 @@ pub fn dense(frame: &Frame<'_>, x: u32, y: u32, count: u32) -> Sampled {
                 } else {
                     1.0
                 };
-                (way / d, (-sigma_t * (t + d)).exp() * cone / (d * d))
+                (way / d, cone, (-sigma_t * (t + d)).exp() * cone / (d * d))
             }
             _ => unreachable!("a lamp has a position"),
         };
@@ -287,13 +287,18 @@ pub fn dense(frame: &Frame<'_>, x: u32, y: u32, count: u32) -> Sampled {
         let value = strength * scattering * attenuation * dt;
         let lit = frame.shadow().is_lit(p + eye);
         let colour = frame.texture().map_or([1.0f32; 3], |texture| texture.lookup(p + eye));
-        if last.is_some_and(|before| before != (lit, colour)) {
+        // The cone's border and its bend at the inner angle are edges too.
+        let now = (lit, colour, cone > 0.0, cone < 1.0);
+        if last.is_some_and(|before| before != now) {
             uncertainty += 2.0 * value.max_element();
         }
-        last = Some((lit, colour));
+        last = Some(now);
+        in_cone += u32::from(cone > 0.0);
         if lit {
             radiance += value * DVec3::from(colour.map(f64::from));
         }
     }
+    // A ray that grazes the cone has few samples in it: the midpoint rule's 1/n², of a parabola.
+    uncertainty += radiance.max_element() / f64::from(in_cone.max(1)).powi(2);
     Sampled { radiance, uncertainty }
 }

@@ -113,7 +113,8 @@ impl SceneCaster {
                 Some((low.min(p), high.max(p)))
             });
         let (bvh, order) = Bvh::build(&positions, &triangles, bounds.unwrap_or_default());
-        let triangles = order.iter().map(|&index| triangles[index as usize]).collect();
+        let mut triangles: Vec<[u32; 3]> = order.iter().map(|&index| triangles[index as usize]).collect();
+        let positions = in_order_of_use(&positions, &mut triangles);
         Self { positions, triangles, bvh, bounds }
     }
 
@@ -200,4 +201,25 @@ impl SceneCaster {
         });
         end == f64::NEG_INFINITY
     }
+}
+
+/// Renumbers the vertices in the order in which the triangles use them first, so that neighbours in the tree are
+/// neighbours in memory; drops those that none uses. Indices ascend again within each triangle afterwards.
+fn in_order_of_use(positions: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
+    const UNUSED: u32 = u32::MAX;
+    let mut renumbered = vec![UNUSED; positions.len()];
+    let mut used = Vec::new();
+    for triangle in triangles {
+        for index in triangle.iter_mut() {
+            let old = *index as usize;
+            if renumbered[old] == UNUSED {
+                renumbered[old] = used.len() as u32;
+                used.push(positions[old]);
+            }
+            *index = renumbered[old];
+        }
+        triangle.sort_unstable();
+    }
+    used.shrink_to_fit();
+    used
 }

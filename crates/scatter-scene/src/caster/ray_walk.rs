@@ -55,10 +55,10 @@ impl<'a> RayWalk<'a> {
         let nodes = &self.bvh.nodes;
         // Rounded up: a limit in f32 that a box at the very limit passes.
         let mut limit_f32 = self.limit_f32(limit);
-        let mut current = match self.enter(&nodes[0]) {
-            Some(near) if near <= limit_f32 => 0u32,
-            _ => return limit,
-        };
+        if !(self.enter(&nodes[0]) <= limit_f32) {
+            return limit;
+        }
+        let mut current = 0u32;
         loop {
             let node = &nodes[current as usize];
             if node.count > 0 {
@@ -68,25 +68,22 @@ impl<'a> RayWalk<'a> {
                 }
                 limit_f32 = self.limit_f32(limit);
             } else {
-                let near = [0, 1]
-                    .map(|k| self.enter(&nodes[node.first as usize + k]).filter(|&near| near <= limit_f32));
-                match near {
-                    [Some(a), Some(b)] => {
-                        let swap = b < a;
-                        let (first, second) = if swap { (1, (0, a)) } else { (0, (1, b)) };
-                        pending.push((node.first + second.0, second.1));
-                        current = node.first + first;
-                        continue;
+                let near = self.enter(&nodes[node.first as usize]);
+                let other = self.enter(&nodes[node.first as usize + 1]);
+                if near <= limit_f32 {
+                    current = node.first;
+                    if other <= limit_f32 {
+                        if other < near {
+                            pending.push((node.first, near));
+                            current = node.first + 1;
+                        } else {
+                            pending.push((node.first + 1, other));
+                        }
                     }
-                    [Some(_), None] => {
-                        current = node.first;
-                        continue;
-                    }
-                    [None, Some(_)] => {
-                        current = node.first + 1;
-                        continue;
-                    }
-                    [None, None] => {}
+                    continue;
+                } else if other <= limit_f32 {
+                    current = node.first + 1;
+                    continue;
                 }
             }
             loop {
@@ -109,14 +106,16 @@ impl<'a> RayWalk<'a> {
         grown as f32 + f32::MIN_POSITIVE
     }
 
-    /// The smallest distance at which the ray may be in the box; `None` if it misses it.
-    #[inline]
-    fn enter(&self, node: &Node) -> Option<f32> {
+    /// The smallest distance at which the ray may be in the box; NaN, which is before no limit, if it
+    /// misses it.
+    #[inline(always)]
+    fn enter(&self, node: &Node) -> f32 {
         let middle = (node.centre() - self.origin) * self.inverse;
         let reach = (node.half() + self.margin) * self.inverse.abs() + middle.abs() * QUOTIENT_ERROR;
         let near = (middle - reach).max_element();
         let far = (middle + reach).min_element();
-        // NaN (an overflow) counts as a hit.
-        if near > far || far < 0.0 { None } else { Some(near) }
+        // min_element and max_element drop NaN (an overflow) where another axis has a number; if none has, the walk
+        // would lose the box, but coordinates within the caster's range do not overflow.
+        if near > far || far < 0.0 { f32::NAN } else { near }
     }
 }

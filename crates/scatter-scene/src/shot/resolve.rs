@@ -321,5 +321,7 @@ pub(super) fn model_fault(document: &Document<'_>, key: &str, error: &ModelError
 pub(super) fn fault_at(place: String, error: &ModelError) -> Fault {
     let text = error.to_string();
     let (problem, cure) = text.rsplit_once("; ").unwrap_or((&text, "correct it"));
-    Fault::invalid(place, problem, cure)
+    // `camera.up: it is …`: the place says that already.
+    let said = problem.split_once(": ").filter(|(field, _)| !field.is_empty() && place.ends_with(field));
+    Fault::invalid(place.clone(), said.map_or(problem, |(_, problem)| problem), cure)
 }

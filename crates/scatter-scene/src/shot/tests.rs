@@ -142,7 +142,7 @@ fn faults_name_line_key_and_cure() {
         ("eye = [0, 1.7, 5.0]", "eye = [0.0, 1.0]", "line 5: camera.eye: ", "3"),
         ("eye = [0, 1.7, 5.0]", "eye = \"here\"", "line 5: camera.eye: ", "string"),
         ("eye = [0, 1.7, 5.0]\n", "", "line 4: camera: missing field `eye`; ", "add"),
-        ("eye = [0, 1.7, 5.0]", "eye = [0.0, 3.0, 0.0]", "line 12: light: ", "move one"),
+        ("position = [0.0, 3.0, 0.0]", "position = [0, 1.7, 5.0]", "line 12: light: ", "move one"),
         ("up = [0.0, 1.0, 0.0]", "up = [0.0, 0.1, 2.5]", "line 7: camera.up: ", "another"),
         ("up = [0.0, 1.0, 0.0]", "up = [0, 0, 0]", "line 7: camera.up: ", "; "),
         ("= 60.0", "= 180.0", "line 8: camera.vertical_fov_degrees: ", "(0, 180)"),

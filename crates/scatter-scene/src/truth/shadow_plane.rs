@@ -173,7 +173,7 @@ impl ShadowPlane {
 impl BoxShadow {
     /// A stretch of the ray that holds the shadow of all that is in the box; `None` if nothing in it meets the plane
     /// on the light's side.
-    #[inline]
+    #[inline(always)]
     pub fn of(&self, node: &Node) -> Option<(f64, f64)> {
         let (c, h) = (node.centre(), node.half());
         let [x, y, z] = self.columns;

@@ -41,6 +41,9 @@ impl ShadowWalk {
     /// Fills [`Self::spans`] with all shadows on `[0, end]`.
     pub fn collect(&mut self, caster: &SceneCaster, shadow: &ShadowPlane, end: f64) {
         self.spans.reset(end);
+        if end == 0.0 {
+            return;
+        }
         std::mem::swap(&mut self.seeds, &mut self.previous_seeds);
         self.seeds.clear();
         for index in 0..self.previous_seeds.len() {
@@ -68,20 +71,21 @@ impl ShadowWalk {
                 continue;
             }
             self.counts.boxes += 2;
-            let children = [0, 1].map(|k| {
-                box_shadow
-                    .of(&bvh.nodes[node.first as usize + k])
-                    .filter(|&(low, high)| !self.spans.covers(low, high))
-            });
-            let length = |child: Option<(f64, f64)>| {
-                child.map_or(f64::NEG_INFINITY, |(low, high)| high.min(end) - low.max(0.0))
-            };
-            // The longer shadow last, so that it comes off the stack first.
-            let order = if length(children[0]) > length(children[1]) { [1, 0] } else { [0, 1] };
-            for k in order {
-                if let Some((low, high)) = children[k] {
-                    pending.push((node.first + k as u32, low, high));
+            let (near, far) = (node.first, node.first + 1);
+            let children =
+                (box_shadow.of(&bvh.nodes[near as usize]), box_shadow.of(&bvh.nodes[far as usize]));
+            match children {
+                (Some(a), Some(b)) => {
+                    // The longer shadow last, so that it comes off the stack first.
+                    let length = |(low, high): (f64, f64)| high.min(end) - low.max(0.0);
+                    let [first, last] =
+                        if length(a) > length(b) { [(far, b), (near, a)] } else { [(near, a), (far, b)] };
+                    pending.push((first.0, first.1.0, first.1.1));
+                    pending.push((last.0, last.1.0, last.1.1));
                 }
+                (Some((low, high)), None) => pending.push((near, low, high)),
+                (None, Some((low, high))) => pending.push((far, low, high)),
+                (None, None) => {}
             }
         }
     }

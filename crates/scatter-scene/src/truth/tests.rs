@@ -211,6 +211,53 @@ fn scenes_far_from_the_origin_lose_no_more_than_their_coordinates_rounding() {
 }
 
 #[test]
+fn the_tree_loses_neither_shadow_nor_hit() {
+    let mut random = Random(9);
+    for round in 0..30 {
+        let centre = random.direction() * random.pick(&[0.0, 1e3, 1e5]);
+        let mut scene = soup(&mut random, 400, centre);
+        // Every other scene with a sheet that dwarfs it: boxes are rounded to its coordinates.
+        if round % 2 == 0 {
+            let first = scene.positions.len() as u32;
+            scene.positions.extend((0..3).map(|_| centre + random.in_cube(1e5)));
+            scene.triangles.push([first, first + 1, first + 2]);
+        }
+        let caster = SceneCaster::new(&scene).unwrap();
+        // Eyes within the scene, at its side and far outside.
+        let eye = centre + random.direction() * random.pick(&[1.0, 8.0, 1e4]);
+        let camera = perspective(eye, centre + random.in_cube(2.0)).with_size([9, 7]).unwrap();
+        let light = light_of(match round % 3 {
+            0 => PlainLight::Lamp { position: centre + random.in_cube(5.0) },
+            1 => PlainLight::Sun { travel: random.direction() },
+            // Within a milliradian of the view.
+            _ => PlainLight::Sun { travel: ((centre - eye).normalize() + random.in_cube(5e-4)).normalize() },
+        });
+        let (mut walk, mut all) = (ShadowWalk::default(), ShadowWalk::default());
+        for index in 0..63 {
+            let ray = camera.pixel_ray(index % 9, index / 9);
+            let light = LightOnRay::new(&light, eye, &ray);
+            let crossings = (0..caster.triangle_count() as u32)
+                .filter_map(|triangle| light.plane().cut(caster.corners(triangle))?.crossing());
+            let first = crossings.filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
+            assert_eq!(caster.first_crossing(light.plane(), f64::INFINITY).unwrap_or(f64::INFINITY), first);
+            let LightOnRay::Plane(shadow) = light else { continue };
+            let end = first.min(2e4);
+            walk.collect(&caster, &shadow, end);
+            all.spans.reset(end);
+            for triangle in 0..caster.triangle_count() as u32 {
+                if let Some((low, high)) =
+                    shadow.plane.cut(caster.corners(triangle)).and_then(|segment| shadow.shadow(&segment))
+                {
+                    all.spans.add(low, high);
+                }
+            }
+            let (found, expected): (Vec<_>, Vec<_>) = (walk.spans.lit().collect(), all.spans.lit().collect());
+            assert_eq!(found, expected, "round {round}, ray {index}");
+        }
+    }
+}
+
+#[test]
 fn rays_parallel_to_the_sun_are_lit_whole_or_not_at_all() {
     let mut random = Random(5);
     for round in 0..40 {
@@ -429,8 +476,8 @@ fn coloured_glass_multiplies_the_light_texel_by_texel() {
     // The map's u axis is forward × up = −y × z = −x: red lies on the far side of the ray, x in [0, 1).
     let white = piece(0.0, 3.0) + piece(5.0, 10.0);
     let expected = [white + piece(4.0, 5.0), white, white + 0.5 * piece(3.0, 4.0)];
-    for c in 0..3 {
+    for (found, expected) in image.at(0, 0).into_iter().zip(expected) {
         // f32 rounding of the image.
-        assert!((f64::from(image.at(0, 0)[c]) / expected[c] - 1.0).abs() < 1e-7, "{c}");
+        assert!((f64::from(found) / expected - 1.0).abs() < 1e-7, "{found} {expected}");
     }
 }

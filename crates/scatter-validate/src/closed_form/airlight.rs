@@ -66,12 +66,7 @@ pub fn lamp_radiance(lamp: &Lamp, channel: &Channel<'_>, view: DVec3, a: f64, b:
 }
 
 /// `∫ f` over `[low, high]`, piece by piece between the kinks that lie inside.
-fn integrate_between(
-    f: &dyn Fn(f64) -> f64,
-    low: f64,
-    high: f64,
-    kinks: impl Iterator<Item = f64>,
-) -> f64 {
+fn integrate_between(f: &dyn Fn(f64) -> f64, low: f64, high: f64, kinks: impl Iterator<Item = f64>) -> f64 {
     let mut ends: Vec<f64> = kinks.filter(|&v| v > low && v < high).chain([low, high]).collect();
     ends.sort_by(f64::total_cmp);
     ends.windows(2).map(|pair| integrate(f, pair[0], pair[1])).sum()
@@ -138,7 +133,7 @@ mod tests {
     fn both_forms_agree_over_a_wide_grid() {
         let mut worst: f64 = 0.0;
         for sigma in [1e-5, 1e-2, 0.3, 3.0] {
-            for angle in [1e-4, 0.03, 0.9, 1.6, 2.9, 3.1415] {
+            for angle in [1e-4, 0.03, 0.9, 1.6, 2.9, 3.14] {
                 for b in [0.5, 9.99, 10.0, 30.0, 1e3] {
                     let quadrature = by_quadrature(sigma, 10.0, angle, 0.0, b);
                     let closed = airlight_isotropic(sigma, 10.0, angle, 0.0, b);

@@ -60,7 +60,9 @@ mod tests {
     #[test]
     fn it_is_the_integral_that_defines_it() {
         // Ê(z) = ∫₀^∞ e^{−s}/(z + s) ds; the tail beyond s = 60 is below e⁻⁶⁰/60.
-        for z in [(0.1, -0.3), (1.0, -1.5), (1.9, -0.6), (2.1, -0.7), (0.0, -3.0), (5.0, -40.0), (30.0, -0.01)] {
+        for z in
+            [(0.1, -0.3), (1.0, -1.5), (1.9, -0.6), (2.1, -0.7), (0.0, -3.0), (5.0, -40.0), (30.0, -0.01)]
+        {
             let part = |pick: fn(Complex) -> f64| {
                 integrate(
                     &|s| {

@@ -7,7 +7,14 @@ use super::Channel;
 /// In-scattered radiance \[W/(m²·sr)\] of the lit interval `[a, b]` of a view ray: `E·Σσs·p(cosθ)·∫ₐᵇ e^{−σt} dt`.
 ///
 /// `travel` is the unit direction in which the light travels, `view` that of the view ray.
-pub fn sun_radiance(irradiance: f64, travel: DVec3, channel: &Channel<'_>, view: DVec3, a: f64, b: f64) -> f64 {
+pub fn sun_radiance(
+    irradiance: f64,
+    travel: DVec3,
+    channel: &Channel<'_>,
+    view: DVec3,
+    a: f64,
+    b: f64,
+) -> f64 {
     // The light travels along `travel`, and from the scattering point to the eye along −view.
     let cos_theta = travel.dot(-view).clamp(-1.0, 1.0);
     irradiance * channel.scattering(cos_theta) * sun_integral(channel.sigma_t, a, b)

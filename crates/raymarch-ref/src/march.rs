@@ -1,0 +1,133 @@
+//! The ray marcher: the opponent that every technique races, as fast as it can be made on a CPU.
+//!
+//! Every ray is cut into steps; visibility is looked up once a step, and each step's integral is taken in closed
+//! form (never `f·Δt`). Packets of 4×4 pixels march side by side in the lanes of the widest registers that the CPU
+//! has (chosen when the marcher is made; `SCATTER_SIMD=baseline` forces the portable path), tile by tile on the
+//! caller's rayon pool. What a frame does not have (shadow, colour, extinction, anisotropy, cone) costs nothing.
+//!
+//! Rays end where what is left of the transmittance is below f32's rounding ([`NEGLIGIBLE_OPTICAL_DEPTH`]), so that
+//! steps are not spent in the dark and endless rays can be marched.
+
+mod lamp_packet;
+mod lanes;
+mod lookups;
+mod options;
+mod packet;
+mod plan;
+mod sun_packet;
+
+use fearless_simd::{Level, dispatch};
+use scatter_core::{
+    Frame, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts, ShadowMap, StageClock,
+    Unsupported, VolumetricShadow,
+};
+
+use crate::parallel;
+use lamp_packet::PhaseTerm;
+use lookups::MapLanes;
+pub use options::{Distribution, MOST_STEPS, Options, RayMarchTechnique, TECHNIQUE};
+use packet::{PACKET_SIDE, TILE_SIDE};
+use plan::Plan;
+
+/// The id of [`RayMarch`].
+pub const MARCH_ID: &str = "raymarch";
+
+/// Where a ray ends for the marcher: e⁻¹⁷ = 4e-8 of the light is left, half an ulp of f32. Smaller values lose
+/// light, larger ones spend steps on what no f32 sum can hold.
+pub(crate) const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 17.0;
+
+/// The marcher. Every light, medium, map and camera of the model.
+#[derive(Debug, Clone)]
+pub struct RayMarch {
+    options: Options,
+    level: Level,
+    /// Rays of a packet in each cascade, one set a band.
+    cascade_lanes: Vec<MapLanes>,
+    terms: Vec<PhaseTerm>,
+}
+
+impl RayMarch {
+    /// A marcher for the CPU that it runs on, or for any one if the environment says `SCATTER_SIMD=baseline`.
+    pub fn new(options: Options) -> Result<Self, OptionError> {
+        let baseline = std::env::var_os("SCATTER_SIMD").is_some_and(|value| value == "baseline");
+        let level = if baseline { Level::baseline() } else { Level::new() };
+        Self::at_level(options, level)
+    }
+
+    /// A marcher that uses nothing but what every CPU of the target has.
+    pub fn portable(options: Options) -> Result<Self, OptionError> {
+        Self::at_level(options, Level::baseline())
+    }
+
+    fn at_level(options: Options, level: Level) -> Result<Self, OptionError> {
+        Ok(Self { options: options.checked()?, level, cascade_lanes: Vec::new(), terms: Vec::new() })
+    }
+
+    /// Its options.
+    pub fn options(&self) -> Options {
+        self.options
+    }
+}
+
+impl VolumetricShadow for RayMarch {
+    fn id(&self) -> &'static str {
+        MARCH_ID
+    }
+
+    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
+        let too_large = frame.shadow().layers().any(|layer| layer.texels().len() > u32::MAX as usize / 6);
+        if too_large {
+            return Err(Unsupported { reason: "a shadow map of more than 715,827,882 texels" });
+        }
+        Ok(())
+    }
+
+    fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
+        self.supports(frame)?;
+        let mut stats = RenderStats::default();
+        let mut clock = StageClock::start();
+        let facts = SceneFacts::of(frame);
+        let [width, height] = frame.size();
+        out.resize(frame.size());
+        let band_count = height.div_ceil(TILE_SIDE) as usize;
+        // One set of lanes a band even without cascades, so that bands and sets go together.
+        let lanes_per_band = match frame.shadow() {
+            ShadowMap::Cascades(layers) => layers.len().max(1),
+            _ => 1,
+        };
+        self.cascade_lanes.resize(band_count * lanes_per_band, MapLanes::default());
+        let plan = Plan::new(frame, &self.options, &facts, &mut self.terms);
+        clock.lap(&mut stats, "facts");
+
+        let level = self.level;
+        let band_pixels = (width * TILE_SIDE) as usize;
+        let (inscattered, transmittance) = out.pixels_mut();
+        parallel::for_each_band(
+            (inscattered, transmittance, &mut self.cascade_lanes),
+            [band_pixels, lanes_per_band],
+            |index, inscattered, transmittance, cascade_lanes| {
+                let y = index as u32 * TILE_SIDE;
+                for tile_x in (0..width).step_by(TILE_SIDE as usize) {
+                    for py in (y..height.min(y + TILE_SIDE)).step_by(PACKET_SIDE as usize) {
+                        for px in (tile_x..width.min(tile_x + TILE_SIDE)).step_by(PACKET_SIDE as usize) {
+                            let first = (py - y) as usize * width as usize + px as usize;
+                            let rows = (&mut inscattered[first..], &mut transmittance[first..]);
+                            dispatch!(level, simd => plan.march(simd, [px, py], rows, cascade_lanes));
+                        }
+                    }
+                }
+            },
+        );
+        clock.lap(&mut stats, "march");
+
+        let samples = if plan.marches() { u64::from(self.options.steps) } else { 0 };
+        let pixels = u64::from(width) * u64::from(height);
+        stats.counts.push("rays", pixels);
+        stats.counts.push("steps", samples);
+        stats.counts.push("shadow-map fetches", if facts.casts_shadow { pixels * samples } else { 0 });
+        crate::push_modelled(&mut stats, &facts);
+        stats.memory_bytes = (self.cascade_lanes.capacity() * size_of::<MapLanes>()
+            + self.terms.capacity() * size_of::<PhaseTerm>()) as u64;
+        Ok(stats)
+    }
+}

@@ -1,0 +1,146 @@
+//! Packets of 4×4 pixels: their rays in f64, and where these run through a map in f32.
+//!
+//! The pixels of a packet take the same step at the same time, so their look-ups fall on the same few cache lines;
+//! tiles of 8×8 packets keep the lines of one packet for its neighbours.
+
+use glam::DVec3;
+use scatter_core::{Frame, MapProjection, ViewRay};
+
+use super::lanes::LANES;
+use super::lookups::MapLanes;
+use crate::map_segments::inside;
+
+/// Pixels along a packet's side.
+pub const PACKET_SIDE: u32 = 4;
+/// Pixels along a tile's side. Smaller tiles read the map's lines more often, larger ones keep threads idle.
+pub const TILE_SIDE: u32 = 32;
+
+/// Sixteen pixels and their rays. On the image's border pixels are repeated to fill the packet.
+#[derive(Debug, Clone)]
+pub struct Packet {
+    /// Pixel coordinates, row by row.
+    pub pixels: [(u32, u32); LANES],
+    /// Their rays, relative to the eye.
+    pub rays: [ViewRay; LANES],
+    /// Where the rays end.
+    pub ends: [f64; LANES],
+    /// Pixels that the image has: columns and rows of the packet.
+    pub extent: [u32; 2],
+}
+
+impl Packet {
+    /// The packet whose first pixel is `(x, y)`.
+    pub fn new(frame: &Frame<'_>, x: u32, y: u32) -> Self {
+        let [width, height] = frame.size();
+        let extent = [PACKET_SIDE.min(width - x), PACKET_SIDE.min(height - y)];
+        let pixels: [_; LANES] = std::array::from_fn(|lane| {
+            let lane = lane as u32;
+            (x + (lane % PACKET_SIDE).min(extent[0] - 1), y + (lane / PACKET_SIDE).min(extent[1] - 1))
+        });
+        Self {
+            pixels,
+            rays: pixels.map(|(x, y)| frame.camera().pixel_ray(x, y)),
+            ends: pixels.map(|(x, y)| frame.ray_end(x, y)),
+            extent,
+        }
+    }
+
+    /// The lanes that stand for pixels of their own.
+    pub fn own_lanes(&self) -> impl Iterator<Item = usize> + use<> {
+        let [width, height] = self.extent.map(|n| n as usize);
+        (0..height).flat_map(move |row| (0..width).map(move |column| row * PACKET_SIDE as usize + column))
+    }
+}
+
+/// A ray's part that is marched, and what a step of its linear parameter is.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Span {
+    /// Start of the part on the ray \[world units\].
+    pub start: f64,
+    /// Its end, finite.
+    pub end: f64,
+}
+
+/// The rays of a packet under a sun in one map, counted in steps of `span.end / steps`; whether all of them stay
+/// inside of the map.
+pub fn sun_lanes(
+    projection: &MapProjection,
+    eye: DVec3,
+    rays: &[ViewRay; LANES],
+    spans: &[Span; LANES],
+    steps: u32,
+) -> (MapLanes, bool) {
+    let mut lanes = MapLanes::default();
+    let mut all_inside = true;
+    for lane in 0..LANES {
+        let (ray, end) = (&rays[lane], spans[lane].end);
+        let path = projection.ray(eye, ray.origin, ray.direction);
+        let step = end / f64::from(steps);
+        if step == 0.0 {
+            // All samples are the start itself, and weigh nothing.
+            for axis in 0..3 {
+                lanes.start[axis][lane] = 0.0;
+            }
+            continue;
+        }
+        let part = inside(projection, &path, 0.0, end);
+        all_inside &= part == Some((0.0, end));
+        let Some((from, to)) = part else { continue };
+        // Counting from a step inside of the map keeps coordinates small, wherever the ray starts.
+        let origin = (0.5 * (from + to) / step).floor() + 0.5;
+        let at = path.start + path.step * (origin * step);
+        lanes.origin[lane] = origin as f32;
+        for axis in 0..3 {
+            lanes.start[axis][lane] = at[axis] as f32;
+            lanes.step[axis][lane] = (path.step[axis] * step) as f32;
+        }
+    }
+    (lanes, all_inside)
+}
+
+/// A ray near a lamp: the foot of the perpendicular from the lamp on it, and the distance.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Foot {
+    /// Ray parameter of the foot \[world units\].
+    pub closest: f64,
+    /// Distance of the lamp, clamped as the model says \[world units\], > 0.
+    pub distance: f64,
+}
+
+/// The rays of a packet near a lamp in one map; whether all parts that are marched stay inside of it.
+pub fn lamp_lanes(
+    projection: &MapProjection,
+    eye: DVec3,
+    rays: &[ViewRay; LANES],
+    feet: &[Foot; LANES],
+    spans: &[Span; LANES],
+) -> (MapLanes, bool) {
+    let mut lanes = MapLanes::default();
+    let mut all_inside = true;
+    for lane in 0..LANES {
+        let (ray, foot, span) = (&rays[lane], feet[lane], spans[lane]);
+        let path = projection.ray(eye, ray.origin, ray.direction);
+        all_inside &= inside(projection, &path, span.start, span.end) == Some((span.start, span.end))
+            || span.start >= span.end;
+        set_lamp_lane(&mut lanes, lane, path.start + path.step * foot.closest, path.step * foot.distance);
+    }
+    (lanes, all_inside)
+}
+
+/// The rays of a packet along the world's axes, from the lamp.
+pub fn cube_lanes(centre: DVec3, eye: DVec3, rays: &[ViewRay; LANES], feet: &[Foot; LANES]) -> MapLanes {
+    let mut lanes = MapLanes::default();
+    for lane in 0..LANES {
+        let (ray, foot) = (&rays[lane], feet[lane]);
+        let start = (eye - centre) + ray.origin + ray.direction * foot.closest;
+        set_lamp_lane(&mut lanes, lane, start, ray.direction * foot.distance);
+    }
+    lanes
+}
+
+fn set_lamp_lane(lanes: &mut MapLanes, lane: usize, start: DVec3, step: DVec3) {
+    for axis in 0..3 {
+        lanes.start[axis][lane] = start[axis] as f32;
+        lanes.step[axis][lane] = step[axis] as f32;
+    }
+}

@@ -1,0 +1,359 @@
+//! How one frame is marched: what its scene requires, and the inner loop that does no more than that.
+
+use fearless_simd::prelude::*;
+use glam::DVec3;
+use scatter_core::{Frame, LampRay, Light, RayLight, SceneFacts, ShadowMap};
+
+use super::NEGLIGIBLE_OPTICAL_DEPTH;
+use super::lamp_packet::{ConeLanes, LampMarch, PhaseTerm, march_lamp};
+use super::lanes::{LANES, mixed};
+use super::lookups::{
+    CascadeMaps, Clear, CubeMap, Glass, Grid, MapLanes, ParallelMap, PerspectiveMap, Visibility,
+};
+use super::options::{Distribution, Options};
+use super::packet::{Foot, Packet, Span, cube_lanes, lamp_lanes, sun_lanes};
+use super::sun_packet::{SunMarch, march_sun};
+
+/// A frame and what its scene requires.
+pub struct Plan<'a> {
+    frame: &'a Frame<'a>,
+    steps: u32,
+    jitter: Option<u32>,
+    uniform: bool,
+    casts_shadow: bool,
+    /// One march serves three channels.
+    one_channel: bool,
+    grey: bool,
+    /// The weakest extinction of a channel that scatters; 0 if one is not extinguished.
+    weakest: f64,
+    /// Phase functions of a lamp's march; empty if none depends on the angle.
+    terms: &'a [PhaseTerm],
+    /// What the terms leave out, per channel: σs of a single component, Σσs/4π of isotropic ones.
+    scattering: DVec3,
+}
+
+impl<'a> Plan<'a> {
+    /// `terms` is a buffer to be reused.
+    pub fn new(
+        frame: &'a Frame<'a>,
+        options: &Options,
+        facts: &SceneFacts,
+        terms: &'a mut Vec<PhaseTerm>,
+    ) -> Self {
+        let medium = frame.medium();
+        let lamp = frame.light().position().is_some();
+        let components = medium.components();
+        let grey_scattering =
+            components.iter().all(|c| c.sigma_s[0] == c.sigma_s[1] && c.sigma_s[1] == c.sigma_s[2]);
+        let separable = !lamp || !facts.anisotropic || components.len() == 1 || grey_scattering;
+        let one_channel = facts.grey_extinction && separable && frame.texture().is_none();
+        terms.clear();
+        let mut scattering: DVec3 =
+            components.iter().map(|c| DVec3::from(c.sigma_s)).sum::<DVec3>() * scatter_core::INV_4PI;
+        if lamp && facts.anisotropic {
+            if components.len() == 1 {
+                scattering = components[0].sigma_s.into();
+                terms.push(PhaseTerm { weight: [1.0; 3], phase: components[0].phase });
+            } else {
+                scattering = DVec3::ONE;
+                terms.extend(components.iter().map(|component| PhaseTerm {
+                    weight: component.sigma_s.map(|s| s as f32),
+                    phase: component.phase,
+                }));
+            }
+        }
+        let scatters = |channel: usize| components.iter().any(|c| c.sigma_s[channel] > 0.0);
+        let weakest = (0..3)
+            .filter(|&channel| scatters(channel))
+            .map(|channel| medium.sigma_t()[channel])
+            .fold(f64::INFINITY, f64::min);
+        Self {
+            frame,
+            steps: options.steps,
+            jitter: options.jitter,
+            uniform: options.distribution == Distribution::Uniform,
+            casts_shadow: facts.casts_shadow,
+            one_channel,
+            grey: facts.grey_extinction,
+            weakest,
+            terms,
+            scattering,
+        }
+    }
+
+    /// Whether there is anything to march through: without shadow and glass the closed form is all.
+    pub fn marches(&self) -> bool {
+        self.casts_shadow || self.frame.texture().is_some()
+    }
+
+    /// Renders the packet at pixel `first` into rows that begin there; `cascades` is a buffer for as many maps.
+    #[inline(always)]
+    pub fn march<S: Simd>(
+        &self,
+        simd: S,
+        first: [u32; 2],
+        (inscattered, transmittance): (&mut [[f32; 3]], &mut [[f32; 3]]),
+        cascades: &mut [MapLanes],
+    ) {
+        let packet = Packet::new(self.frame, first[0], first[1]);
+        let radiance = if !self.marches() {
+            self.clear(&packet)
+        } else if matches!(self.frame.light(), Light::Directional(_)) {
+            self.sun(simd, &packet, cascades)
+        } else {
+            self.lamp(simd, &packet)
+        };
+        let width = self.frame.size()[0] as usize;
+        for lane in packet.own_lanes() {
+            let (x, y) = packet.pixels[lane];
+            let index = (y - first[1]) as usize * width + (x - first[0]) as usize;
+            inscattered[index] = radiance[lane].as_vec3().to_array();
+            transmittance[index] = self.transmittance(packet.ends[lane]);
+        }
+    }
+
+    fn transmittance(&self, end: f64) -> [f32; 3] {
+        let sigma_t = self.frame.medium().sigma_t();
+        if self.grey {
+            let value = if sigma_t[0] == 0.0 { 1.0 } else { (-sigma_t[0] * end).exp() };
+            return [value as f32; 3];
+        }
+        self.frame.medium().transmittance(end).map(|t| t as f32)
+    }
+
+    fn ray_light(&self, packet: &Packet, lane: usize) -> RayLight<'_> {
+        let frame = self.frame;
+        RayLight::new(frame.light(), frame.medium(), frame.camera().eye(), &packet.rays[lane])
+    }
+
+    fn clear(&self, packet: &Packet) -> [DVec3; LANES] {
+        std::array::from_fn(|lane| self.ray_light(packet, lane).interval(0.0, packet.ends[lane]))
+    }
+
+    fn seeds(&self, packet: &Packet) -> Option<[u32; LANES]> {
+        let width = self.frame.size()[0];
+        self.jitter.map(|seed| packet.pixels.map(|(x, y)| mixed(y.wrapping_mul(width).wrapping_add(x), seed)))
+    }
+
+    /// The unoccluded closed form times the share that the march finds lit.
+    #[inline(always)]
+    fn sun<S: Simd>(&self, simd: S, packet: &Packet, cascades: &mut [MapLanes]) -> [DVec3; LANES] {
+        let frame = self.frame;
+        let eye = frame.camera().eye();
+        let reach = if self.weakest > 0.0 { NEGLIGIBLE_OPTICAL_DEPTH / self.weakest } else { f64::INFINITY };
+        // A medium that scatters nothing has no reach; any finite one will do.
+        let spans = packet.ends.map(|end| Span { start: 0.0, end: end.min(reach).min(f64::MAX) });
+        let sigma_t = frame.medium().sigma_t();
+        let glass_lanes = frame
+            .texture()
+            .map(|texture| sun_lanes(texture.projection(), eye, &packet.rays, &spans, self.steps).0);
+        let march = SunMarch {
+            steps: self.steps,
+            step_depth: sigma_t.map(|sigma| {
+                spans.map(|span| if sigma > 0.0 { sigma * (span.end / f64::from(self.steps)) } else { 0.0 })
+            }),
+            glass: self.glass(glass_lanes.as_ref()),
+            seeds: self.seeds(packet),
+        };
+        let lanes_in = |layer: &scatter_core::ShadowLayer<'_>| {
+            sun_lanes(layer.projection(), eye, &packet.rays, &spans, self.steps)
+        };
+        let shares = match frame.shadow() {
+            ShadowMap::Orthographic(layer) if self.casts_shadow => {
+                let grid = Grid::new(layer.texels(), layer.projection().size());
+                let (lanes, inside) = lanes_in(layer);
+                if inside {
+                    self.sun_channels(simd, &march, ParallelMap::<true> { grid, lanes: &lanes })
+                } else {
+                    self.sun_channels(simd, &march, ParallelMap::<false> { grid, lanes: &lanes })
+                }
+            }
+            ShadowMap::Cascades(layers) if self.casts_shadow => {
+                for (lanes, layer) in cascades.iter_mut().zip(layers) {
+                    *lanes = lanes_in(layer).0;
+                }
+                self.sun_channels(simd, &march, CascadeMaps { layers, lanes: cascades })
+            }
+            _ => self.sun_channels(simd, &march, Clear),
+        };
+        std::array::from_fn(|lane| {
+            let whole = self.ray_light(packet, lane).interval(0.0, packet.ends[lane]);
+            whole * DVec3::from(shares.map(|channel| f64::from(channel[lane])))
+        })
+    }
+
+    #[inline(always)]
+    fn sun_channels<S: Simd, V: Visibility<S>>(
+        &self,
+        simd: S,
+        march: &SunMarch<'_>,
+        visibility: V,
+    ) -> [[f32; LANES]; 3] {
+        let plain = march.glass.is_none() && march.seeds.is_none();
+        simd.vectorize(
+            #[inline(always)]
+            || match (self.one_channel, plain) {
+                (true, true) => march_sun::<S, V, 1, true>(simd, march, visibility),
+                (true, false) => march_sun::<S, V, 1, false>(simd, march, visibility),
+                (false, true) => march_sun::<S, V, 3, true>(simd, march, visibility),
+                (false, false) => march_sun::<S, V, 3, false>(simd, march, visibility),
+            },
+        )
+    }
+
+    fn glass<'b>(&self, lanes: Option<&'b MapLanes>) -> Option<Glass<'b>>
+    where
+        'a: 'b,
+    {
+        let (texture, lanes) = (self.frame.texture()?, lanes?);
+        let projection = texture.projection();
+        let grid = Grid::new(texture.texels(), projection.size());
+        Some(Glass { grid, perspective: projection.is_perspective(), lanes })
+    }
+
+    #[inline(always)]
+    fn lamp<S: Simd>(&self, simd: S, packet: &Packet) -> [DVec3; LANES] {
+        let frame = self.frame;
+        let eye = frame.camera().eye();
+        let (lamp, spot) = match frame.light() {
+            Light::Point(lamp) => (lamp, None),
+            Light::Spot(spot) => (spot.lamp(), Some(spot)),
+            Light::Directional(_) => return [DVec3::ZERO; LANES],
+        };
+        let position = lamp.position() - eye;
+        let sigma_t = frame.medium().sigma_t();
+        let mut march = LampMarch {
+            steps: self.steps,
+            first: [0.0; LANES],
+            step: [0.0; LANES],
+            depth_to_foot: [[0.0; LANES]; 3],
+            depth_of_distance: [[0.0; LANES]; 3],
+            extinction: sigma_t != [0.0; 3],
+            terms: self.terms,
+            cone: spot.map(|spot| ConeLanes {
+                along: [0.0; LANES],
+                across: [0.0; LANES],
+                cos_outer: spot.cos_outer() as f32,
+                slope: spot.cone_slope() as f32,
+            }),
+            glass: None,
+            seeds: self.seeds(packet),
+        };
+        let (mut feet, mut spans) = ([Foot::default(); LANES], [Span::default(); LANES]);
+        let steps = f64::from(self.steps);
+        for lane in 0..LANES {
+            let ray = &packet.rays[lane];
+            let lamp_ray = LampRay::new(ray.origin, ray.direction, position, lamp.radius());
+            let (closest, h) = (lamp_ray.closest, lamp_ray.distance);
+            feet[lane] = Foot { closest, distance: h };
+            let mut part = AngleSpan::of(lamp_ray, packet.ends[lane], self.weakest);
+            if let (Some(spot), Some(cone)) = (spot, &mut march.cone) {
+                let foot = ray.origin + ray.direction * closest - position;
+                let (along, across) = (spot.direction().dot(ray.direction), spot.direction().dot(foot) / h);
+                (cone.along[lane], cone.across[lane]) = (along as f32, across as f32);
+                part = part.within_cone(along, across, spot.cos_outer());
+            }
+            spans[lane] = part.on_ray(lamp_ray, packet.ends[lane]);
+            if self.uniform {
+                let span = spans[lane];
+                march.first[lane] = ((span.start - closest) / h) as f32;
+                march.step[lane] = ((span.end - span.start).max(0.0) / steps / h) as f32;
+            } else {
+                march.first[lane] = part.from as f32;
+                march.step[lane] = ((part.to - part.from).max(0.0) / steps) as f32;
+            }
+            for channel in 0..3 {
+                march.depth_to_foot[channel][lane] = (sigma_t[channel] * closest) as f32;
+                march.depth_of_distance[channel][lane] = (sigma_t[channel] * h) as f32;
+            }
+        }
+        let glass_lanes = frame
+            .texture()
+            .map(|texture| lamp_lanes(texture.projection(), eye, &packet.rays, &feet, &spans).0);
+        march.glass = self.glass(glass_lanes.as_ref());
+        let sums = match frame.shadow() {
+            ShadowMap::Perspective(layer) if self.casts_shadow => {
+                let grid = Grid::new(layer.texels(), layer.projection().size());
+                let (lanes, inside) = lamp_lanes(layer.projection(), eye, &packet.rays, &feet, &spans);
+                if inside {
+                    self.lamp_channels(simd, &march, PerspectiveMap::<true> { grid, lanes: &lanes })
+                } else {
+                    self.lamp_channels(simd, &march, PerspectiveMap::<false> { grid, lanes: &lanes })
+                }
+            }
+            ShadowMap::Cube(cube) if self.casts_shadow => {
+                let grid = Grid::new(cube.texels(), [cube.size(); 2]);
+                let lanes = cube_lanes(cube.position(), eye, &packet.rays, &feet);
+                self.lamp_channels(simd, &march, CubeMap { grid, lanes: &lanes })
+            }
+            _ => self.lamp_channels(simd, &march, Clear),
+        };
+        let strength = DVec3::from(lamp.intensity()) * self.scattering;
+        std::array::from_fn(|lane| {
+            let sum = DVec3::from(sums.map(|channel| f64::from(channel[lane])));
+            // dt/d² = dφ/h = 2·dξ/h.
+            strength * sum * (2.0 / feet[lane].distance)
+        })
+    }
+
+    #[inline(always)]
+    fn lamp_channels<S: Simd, V: Visibility<S>>(
+        &self,
+        simd: S,
+        march: &LampMarch<'_>,
+        visibility: V,
+    ) -> [[f32; LANES]; 3] {
+        simd.vectorize(
+            #[inline(always)]
+            || match (self.one_channel, self.uniform) {
+                (true, false) => march_lamp::<S, V, 1, false>(simd, march, visibility),
+                (true, true) => march_lamp::<S, V, 1, true>(simd, march, visibility),
+                (false, false) => march_lamp::<S, V, 3, false>(simd, march, visibility),
+                (false, true) => march_lamp::<S, V, 3, true>(simd, march, visibility),
+            },
+        )
+    }
+}
+
+/// A part of a ray in `ξ = φ/2 + π/4`, from 0 (infinitely far before the lamp) to π/2 (infinitely far behind it).
+#[derive(Debug, Clone, Copy)]
+struct AngleSpan {
+    from: f64,
+    to: f64,
+}
+
+impl AngleSpan {
+    /// The part `[0, end]` of a ray, cut where the transmittance is negligible.
+    fn of(ray: LampRay, end: f64, weakest: f64) -> Self {
+        let h = ray.distance;
+        // p = (t − t₀) + d without cancellation; tan ξ = p/h.
+        let path = |t: f64| {
+            let (x, d) = (t - ray.closest, ray.distance_at(t));
+            if x < 0.0 { h * (h / (d - x)) } else { x + d }
+        };
+        let start = path(0.0);
+        let reach = if weakest > 0.0 { start + NEGLIGIBLE_OPTICAL_DEPTH / weakest } else { f64::INFINITY };
+        Self { from: start.atan2(h), to: path(end).min(reach).atan2(h) }
+    }
+
+    /// The part inside of the cone: `along·sin φ + across·cos φ` is a cosine around its largest value.
+    fn within_cone(self, along: f64, across: f64, cos_outer: f64) -> Self {
+        let amplitude = along.hypot(across);
+        if !(amplitude > cos_outer) {
+            return Self { to: self.from, ..self };
+        }
+        let (peak, half) = (along.atan2(across), (cos_outer / amplitude).acos());
+        let xi = |phi: f64| 0.5 * phi + std::f64::consts::FRAC_PI_4;
+        Self { from: self.from.max(xi(peak - half)), to: self.to.min(xi(peak + half)) }
+    }
+
+    /// The same part on the ray, finite.
+    fn on_ray(self, ray: LampRay, end: f64) -> Span {
+        if !(self.to > self.from) {
+            return Span::default();
+        }
+        // x = t − t₀ = h·tan φ = −h/tan 2ξ.
+        let at = |xi: f64| (ray.closest - ray.distance / (2.0 * xi).tan()).clamp(0.0, end.min(f64::MAX));
+        Span { start: at(self.from), end: at(self.to) }
+    }
+}

@@ -1,0 +1,163 @@
+//! The marcher against shadow-map truth, against closed forms, and against itself on other instruction sets.
+
+use proptest::prelude::*;
+use raymarch_ref::{Distribution, Options, RayMarch, ShadowMapWalk};
+use scatter_core::ScatterImage;
+
+use crate::random_scene::{ALL_KINDS, MapKind, Recipe, Scene};
+
+fn options(steps: u32) -> Options {
+    Options { steps, jitter: None, distribution: Distribution::EquiAngular }
+}
+
+fn march(scene: &Scene, options: Options) -> ScatterImage {
+    scene.render(&mut RayMarch::new(options).unwrap())
+}
+
+/// Relative RMSE as 1-model.md has it.
+fn rel_rmse(image: &ScatterImage, truth: &ScatterImage) -> f64 {
+    let pairs: Vec<_> = image
+        .inscattered()
+        .iter()
+        .flatten()
+        .zip(truth.inscattered().iter().flatten())
+        .map(|(&a, &b)| (f64::from(a), f64::from(b)))
+        .collect();
+    let mean = pairs.iter().map(|(_, truth)| truth).sum::<f64>() / pairs.len() as f64;
+    let mse = pairs.iter().map(|(a, b)| (a - b).powi(2)).sum::<f64>() / pairs.len() as f64;
+    if mse == 0.0 { 0.0 } else { mse.sqrt() / mean }
+}
+
+/// The largest difference over all pixels, relative to the brightest one.
+fn largest_difference(a: &ScatterImage, b: &ScatterImage) -> f32 {
+    let pairs = || a.inscattered().iter().flatten().zip(b.inscattered().iter().flatten());
+    let brightest = pairs().map(|(a, _)| *a).fold(0.0, f32::max);
+    let difference = pairs().map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(difference.is_finite());
+    if difference == 0.0 { 0.0 } else { difference / brightest }
+}
+
+/// Least-squares slope of ln(error) over ln(steps).
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let (mx, my) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
+    let covariance: f64 = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum();
+    covariance / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>()
+}
+
+#[test]
+fn the_march_converges_to_the_walk() {
+    /// Steps of the sweep; at the finest the march must equal the walk.
+    const STEPS: [u32; 6] = [64, 256, 1024, 4096, 16_384, 65_536];
+    /// Issue 2: "equals it to 1e-3 at the finest", "slope ≥ 0.9 on average".
+    const FINEST: f64 = 1e-3;
+    const LEAST_SLOPE: f64 = 0.9;
+    for (distribution, jitter) in [
+        (Distribution::EquiAngular, None),
+        (Distribution::Uniform, None),
+        (Distribution::EquiAngular, Some(7)),
+    ] {
+        let mut slopes = Vec::new();
+        let mut worst = 0.0f64;
+        for seed in 0..36u64 {
+            let kind = ALL_KINDS[1 + seed as usize % 5];
+            let textured = seed % 4 == 3;
+            let scene = Scene::random(seed, Recipe { textured, size: [13, 9], ..Recipe::of(kind) });
+            let truth = scene.render(&mut ShadowMapWalk::new());
+            let points: Vec<_> = STEPS
+                .iter()
+                .map(|&steps| {
+                    let image = march(&scene, Options { steps, jitter, distribution });
+                    (f64::from(steps).ln(), rel_rmse(&image, &truth).max(1e-12).ln())
+                })
+                .collect();
+            let finest = points[points.len() - 1].1.exp();
+            worst = worst.max(finest);
+            assert!(finest < FINEST, "seed {seed} {kind:?} {distribution} {jitter:?}: {finest:e}");
+            // Beyond 4096 steps f32 positions begin to show; the slope is that of the march before.
+            slopes.push(-slope(&points[..4]));
+        }
+        let mean = slopes.iter().sum::<f64>() / slopes.len() as f64;
+        println!(
+            "{distribution}, jitter {jitter:?}: mean slope {mean:.2}, worst error at 65536 steps {worst:.1e}"
+        );
+        assert!(mean >= LEAST_SLOPE, "{distribution}: {slopes:?}");
+    }
+}
+
+/// The same maps with surfaces that are too far away to shadow anything.
+fn with_far_surfaces(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.texels.iter_mut().flatten().for_each(|depth| *depth = 1e30);
+    scene
+}
+
+/// The same maps, all of them at the light.
+fn with_near_surfaces(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.texels.iter_mut().flatten().for_each(|depth| *depth = 0.0);
+    scene
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
+
+    #[test]
+    fn an_unoccluded_sun_is_exact_at_any_step_count(seed: u64, cascades: bool, steps in 1u32..3000, jitter: bool) {
+        let kind = if cascades { MapKind::Cascades } else { MapKind::Orthographic };
+        let scene = with_far_surfaces(&Scene::random(seed, Recipe::of(kind)));
+        let image = march(&scene, Options { jitter: jitter.then_some(3), ..options(steps) });
+        let truth = scene.render(&mut ShadowMapWalk::new());
+        prop_assert_eq!(image, truth);
+    }
+
+    #[test]
+    fn where_light_never_comes_there_is_nothing(seed: u64, cube: bool, steps in 1u32..300) {
+        let kind = if cube { MapKind::SpotCube } else { MapKind::Point };
+        let scene = with_near_surfaces(&Scene::random(seed, Recipe::of(kind)));
+        let image = march(&scene, options(steps));
+        prop_assert!(image.inscattered().iter().flatten().all(|&value| value == 0.0));
+    }
+
+    #[test]
+    fn instruction_sets_differ_in_rounding_alone(seed: u64, kind in 0..6usize, textured: bool, steps in 1u32..600) {
+        // A sample at a texel's border may fall on either side: one step of the ray, and a few of them.
+        let one_step = 4.0 / f64::from(steps) + 1e-5;
+        let scene = Scene::random(seed, Recipe { textured, size: [9, 6], ..Recipe::of(ALL_KINDS[kind]) });
+        let fast = march(&scene, options(steps));
+        let portable = scene.render(&mut RayMarch::portable(options(steps)).unwrap());
+        prop_assert_eq!(fast.transmittance(), portable.transmittance());
+        prop_assert!(f64::from(largest_difference(&fast, &portable)) < one_step);
+        let same = fast.inscattered().iter().zip(portable.inscattered()).filter(|(a, b)| {
+            a.iter().zip(b.iter()).all(|(a, b)| (a - b).abs() <= 2e-5 * a.abs().max(b.abs()))
+        }).count();
+        // Border cases are rare: most pixels agree to rounding.
+        prop_assert!(same * 10 >= fast.inscattered().len() * 7, "{} of {}", same, fast.inscattered().len());
+    }
+}
+
+#[test]
+fn an_unoccluded_lamp_converges_with_the_square_of_the_step() {
+    // Where f32 sums end, and where a cone does: cosines are known to 6e-8, and a cone whose angles coincide is
+    // 1000 times as steep and squared.
+    let rounding = |kind| if kind == MapKind::Spot { 2.5e-4 } else { 3e-5 };
+    for (kind, distribution) in [
+        (MapKind::Point, Distribution::EquiAngular),
+        (MapKind::Spot, Distribution::EquiAngular),
+        (MapKind::Point, Distribution::Uniform),
+    ] {
+        for seed in 0..20 {
+            let scene = with_far_surfaces(&Scene::random(seed, Recipe::of(kind)));
+            let truth = scene.render(&mut ShadowMapWalk::new());
+            let error = |steps| rel_rmse(&march(&scene, Options { distribution, ..options(steps) }), &truth);
+            let (coarse, fine) = (error(512), error(2048));
+            // A quarter of the step is a sixteenth of the error; a cone's kinks are of second order too. Lobes that
+            // 512 uniform steps do not resolve converge slower.
+            let rate = if distribution == Distribution::Uniform { 3.0 } else { 8.0 };
+            assert!(
+                fine < coarse / rate + rounding(kind),
+                "{kind:?} {distribution} {seed}: {coarse:e} {fine:e}"
+            );
+        }
+    }
+}

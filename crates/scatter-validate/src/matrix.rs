@@ -1,0 +1,290 @@
+//! The technique × shot matrix, a shot at a time: maps once, both truths once, then each technique at its level.
+
+use scatter_core::{OptionError, Quality, Target, Technique, VolumetricShadow};
+use scatter_scene::{RadianceImage, RaycastTruth, Shot};
+
+use raymarch_ref::ShadowMapWalk;
+
+use crate::figures::{CompareError, Figures, Labelled, compare};
+use crate::measure::{Measurement, Outcome, Renderer, measure};
+use crate::row::{Errors, Row, Verdict};
+use crate::staged_shot::{StageError, StagedShot};
+use crate::step_search::reaches;
+use crate::tolerance::Tolerances;
+
+/// Id of shadow-map truth.
+pub const SHADOW_MAP_TRUTH: &str = "truth-shadow-map";
+/// Id of ray-cast truth.
+pub const RAYCAST_TRUTH: &str = "truth-raycast";
+
+/// What the matrix holds for every shot.
+pub struct Matrix<'a> {
+    /// The techniques, a row a shot each.
+    pub techniques: Vec<&'a dyn Technique>,
+    /// Whether shadow-map truth gets a row: the shadow map's own error, against ray-cast truth.
+    pub map_row: bool,
+    /// Whether ray-cast truth gets a row: for its time.
+    pub raycast_row: bool,
+    /// The technique whose time at the same level the others' times are divided into.
+    pub baseline: Option<&'a dyn Technique>,
+    /// How the techniques are run.
+    pub settings: Settings,
+    /// What they must keep.
+    pub tolerances: Tolerances,
+}
+
+/// How techniques are run.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// The level that every technique is configured for.
+    pub quality: Quality,
+    /// Options by hand, over the level's choice; each technique takes those that it knows.
+    pub overrides: Vec<(String, String)>,
+    /// Texels along a side of the shadow map.
+    pub map_size: u32,
+    /// Timed runs.
+    pub repeat: u32,
+    /// Threads of the pool that all this runs in (for the rows).
+    pub threads: usize,
+}
+
+/// What one shot gave.
+#[derive(Debug)]
+pub struct ShotResult {
+    /// Its rows.
+    pub rows: Vec<Row>,
+    /// Its images.
+    pub pictures: Pictures,
+}
+
+/// The images of one shot.
+#[derive(Debug)]
+pub struct Pictures {
+    /// The shot's name.
+    pub shot: String,
+    /// The exact image for the shadow map.
+    pub shadow_map_truth: RadianceImage,
+    /// The exact image for the triangles.
+    pub raycast_truth: RadianceImage,
+    /// Each technique's id and image, in the order of the rows.
+    pub techniques: Vec<(String, RadianceImage)>,
+}
+
+/// A shot that could not be judged.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MatrixError {
+    /// The shot makes no frame, or a technique gave up.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// An option that a technique does not take.
+    #[error(transparent)]
+    Option(#[from] OptionError),
+    /// Images that cannot be compared.
+    #[error("{shot}: {source}")]
+    Compare {
+        /// The shot.
+        shot: String,
+        /// Why not.
+        source: CompareError,
+    },
+}
+
+impl Matrix<'_> {
+    /// Measures every technique on one shot. `progress` is told what comes next.
+    pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotResult, MatrixError> {
+        progress(&format!("{}: maps", shot.name));
+        let shot = StagedShot::new(shot, self.settings.map_size)?;
+        progress(&format!("{}: {SHADOW_MAP_TRUTH}", shot.name()));
+        let map_truth = shadow_map_truth(&shot, 1)?;
+        progress(&format!("{}: {RAYCAST_TRUTH}", shot.name()));
+        let ray_truth = raycast_truth(&shot, 1)?;
+        let mut rows = Vec::new();
+        if self.map_row {
+            let errors = Errors {
+                shadow_map: None,
+                raycast: Some(against(&shot, (RAYCAST_TRUTH, &ray_truth), (SHADOW_MAP_TRUTH, &map_truth))?),
+            };
+            let mut row = row(&shot, SHADOW_MAP_TRUTH, &map_truth, &self.settings, errors);
+            row.verdict = Some(self.verdict(&row));
+            rows.push(row);
+        }
+        if self.raycast_row {
+            let errors = Errors {
+                shadow_map: Some(against(
+                    &shot,
+                    (SHADOW_MAP_TRUTH, &map_truth),
+                    (RAYCAST_TRUTH, &ray_truth),
+                )?),
+                raycast: None,
+            };
+            let mut row = row(&shot, RAYCAST_TRUTH, &ray_truth, &self.settings, errors);
+            row.verdict = Some(self.verdict(&row));
+            rows.push(row);
+        }
+        let mut techniques = Vec::new();
+        let mut baseline_ms = None;
+        for &technique in &self.techniques {
+            let id = technique.info().id;
+            progress(&format!("{}: {id}", shot.name()));
+            let measurement = match self.measured(technique, &shot)? {
+                Outcome::Measured(measurement) => measurement,
+                Outcome::Unsupported(unsupported) => {
+                    rows.push(self.unsupported_row(&shot, id, unsupported.reason));
+                    continue;
+                }
+            };
+            let errors = Errors {
+                shadow_map: Some(against(&shot, (SHADOW_MAP_TRUTH, &map_truth), (id, &measurement))?),
+                raycast: Some(against(&shot, (RAYCAST_TRUTH, &ray_truth), (id, &measurement))?),
+            };
+            let mut row = row(&shot, id, &measurement, &self.settings, errors);
+            row.options = self.overrides_of(technique).map(|(k, v)| (k.into(), v.into())).collect();
+            row.level = Some(self.settings.quality.to_string());
+            row.verdict = Some(self.verdict(&row));
+            if self.is_baseline(id) {
+                baseline_ms = Some(row.total_ms());
+            }
+            rows.push(row);
+            techniques.push((id.to_string(), measurement.image));
+        }
+        // The baseline is run for its time alone where it has no row of its own.
+        if baseline_ms.is_none()
+            && let Some(baseline) = self.baseline
+            && !techniques.is_empty()
+        {
+            progress(&format!("{}: {} for its time", shot.name(), baseline.info().id));
+            if let Outcome::Measured(measurement) = self.measured(baseline, &shot)? {
+                baseline_ms = measurement.time_ms.get("total").copied();
+            }
+        }
+        for row in rows.iter_mut().filter(|row| row.level.is_some() && row.total_ms() > 0.0) {
+            row.ratio = baseline_ms.map(|time| time / row.total_ms());
+        }
+        let pictures = Pictures {
+            shot: shot.name().to_string(),
+            shadow_map_truth: map_truth.image,
+            raycast_truth: ray_truth.image,
+            techniques,
+        };
+        Ok(ShotResult { rows, pictures })
+    }
+
+    fn measured(&self, technique: &dyn Technique, shot: &StagedShot) -> Result<Outcome, MatrixError> {
+        let overrides: Vec<_> = self.overrides_of(technique).collect();
+        let target = Target::Quality(self.settings.quality);
+        let mut renderer = Renderer::configured(technique, target, &overrides, shot)??;
+        Ok(measure(shot, &mut renderer, self.settings.repeat)?)
+    }
+
+    /// The options by hand that the technique has.
+    fn overrides_of<'s>(&'s self, technique: &'s dyn Technique) -> impl Iterator<Item = (&'s str, &'s str)> {
+        let known = |key: &str| technique.info().option(key).is_ok();
+        let overrides = self.settings.overrides.iter();
+        overrides.filter(move |(key, _)| known(key)).map(|(key, value)| (key.as_str(), value.as_str()))
+    }
+
+    fn is_baseline(&self, id: &str) -> bool {
+        self.baseline.is_some_and(|baseline| baseline.info().id == id)
+    }
+
+    fn verdict(&self, row: &Row) -> Verdict {
+        let mut reasons = Vec::new();
+        for (truth, figures) in [("shadow_map", row.errors.shadow_map), ("raycast", row.errors.raycast)] {
+            let Some(figures) = figures else { continue };
+            if figures.non_finite > 0 {
+                reasons.push(format!("{} values are not finite", figures.non_finite));
+            }
+            if figures.reference_non_finite > 0 {
+                reasons
+                    .push(format!("{} values of {truth} truth are not finite", figures.reference_non_finite));
+            }
+        }
+        // Only the technique's own error is held against its level; the map's error is not its fault.
+        if let (Some(level), Some(figures)) = (&row.level, &row.errors.shadow_map) {
+            let error = self.settings.quality.error();
+            if !reaches(figures, error) {
+                reasons.push(format!(
+                    "misses {level}: p99 {:.3e} and rel_rmse {:.3e}, both at most {error}",
+                    figures.p99, figures.rel_rmse
+                ));
+            }
+        }
+        reasons.extend(self.tolerances.violations(row));
+        reasons.dedup();
+        if reasons.is_empty() { Verdict::Ok } else { Verdict::Fail(reasons) }
+    }
+
+    fn unsupported_row(&self, shot: &StagedShot, id: &str, reason: &str) -> Row {
+        let nothing = Measurement::nothing(shot.camera().size());
+        let mut row = row(shot, id, &nothing, &self.settings, Errors::default());
+        row.level = Some(self.settings.quality.to_string());
+        row.verdict = Some(Verdict::Unsupported(reason.to_string()));
+        row
+    }
+}
+
+/// The exact image for the shot's shadow maps.
+pub fn shadow_map_truth(shot: &StagedShot, repeat: u32) -> Result<Measurement, StageError> {
+    measured_reference(shot, &mut ShadowMapWalk::new(), repeat)
+}
+
+/// The exact image for the shot's triangles; needs no maps.
+pub fn raycast_truth(shot: &StagedShot, repeat: u32) -> Result<Measurement, StageError> {
+    measured_reference(shot, &mut RaycastTruth::new(shot.caster()), repeat)
+}
+
+/// References have no options and no level; one that cannot do a shot is an error.
+pub fn measured_reference(
+    shot: &StagedShot,
+    reference: &mut dyn VolumetricShadow,
+    repeat: u32,
+) -> Result<Measurement, StageError> {
+    let method = reference.id();
+    match measure(shot, &mut Renderer::Shared(reference), repeat)? {
+        Outcome::Measured(measurement) => Ok(*measurement),
+        Outcome::Unsupported(unsupported) => {
+            Err(StageError::Render { shot: shot.name().to_string(), method, source: unsupported.into() })
+        }
+    }
+}
+
+/// The error figures of one measurement against another.
+pub fn against(
+    shot: &StagedShot,
+    (reference_label, reference): (&str, &Measurement),
+    (label, test): (&str, &Measurement),
+) -> Result<Figures, MatrixError> {
+    let reference =
+        Labelled { label: reference_label, size: reference.image.size, pixels: &reference.image.pixels };
+    let test = Labelled { label, size: test.image.size, pixels: &test.image.pixels };
+    compare(reference, test, None)
+        .map_err(|source| MatrixError::Compare { shot: shot.name().to_string(), source })
+}
+
+/// A row without options, level, ratio and verdict.
+pub fn row(
+    shot: &StagedShot,
+    method: &str,
+    measurement: &Measurement,
+    settings: &Settings,
+    errors: Errors,
+) -> Row {
+    Row {
+        shot: shot.name().to_string(),
+        method: method.to_string(),
+        options: Default::default(),
+        size: measurement.image.size,
+        shadow_map: settings.map_size,
+        threads: settings.threads,
+        time_ms: measurement.time_ms.clone(),
+        maps_ms: shot.maps_ms(),
+        memory_bytes: measurement.memory_bytes,
+        counts: measurement.counts.clone(),
+        modelled: measurement.modelled.clone(),
+        errors,
+        level: None,
+        ratio: None,
+        verdict: None,
+    }
+}

@@ -1,0 +1,222 @@
+//! The invariants of the model as properties of random worlds, for both references and the marcher.
+//!
+//! Tolerances. The references are f64 but write f32 pixels and read f32 depths: 2⁻²³ of a pixel, and for the end of
+//! the ray 2⁻²⁴ of its length, which at most doubles that. `ROUNDING` allows ten times as much, of the pixel's
+//! unoccluded value (a spot's: without its cone). The marcher works in f32: `MARCHER` allows for 2,048 additions of rounded weights.
+
+use proptest::prelude::*;
+use scatter_core::ScatterImage;
+use scatter_tests::{Method, World, WorldLight};
+
+const ROUNDING: f64 = 2e-6;
+const MARCHER: f64 = 1e-4;
+const EXACT: [Method; 2] = [Method::RaycastTruth, Method::ShadowMapWalk];
+const ALL: [Method; 3] = [Method::RaycastTruth, Method::ShadowMapWalk, Method::RayMarch(32)];
+
+fn tolerance(method: Method) -> f64 {
+    if EXACT.contains(&method) { ROUNDING } else { MARCHER }
+}
+
+fn cases(count: u32) -> ProptestConfig {
+    // Failures shrink for long; the worlds are small enough to read as they are.
+    ProptestConfig {
+        cases: count,
+        max_shrink_iters: 200,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
+}
+
+/// How many pixel-channels of `image` differ from `expected` by more than `tolerance` of `scale`.
+fn differing(
+    image: &ScatterImage,
+    expected: impl Fn(usize) -> [f64; 3],
+    scale: &[[f64; 3]],
+    tolerance: f64,
+) -> usize {
+    let pixels = image.inscattered();
+    (0..pixels.len())
+        .flat_map(|n| (0..3).map(move |c| (n, c)))
+        .filter(|&(n, c)| {
+            !((f64::from(pixels[n][c]) - expected(n)[c]).abs() <= tolerance * scale[n][c] + 1e-30)
+        })
+        .count()
+}
+
+fn at(image: &ScatterImage) -> impl Fn(usize) -> [f64; 3] + '_ {
+    |n| image.inscattered()[n].map(f64::from)
+}
+
+/// Where triangles decide visibility, a motion's rounding may carry a pixel's ray over a triangle's edge: its first
+/// hit is then another surface. Two channels-triples in 63 pixels allow for two such rays.
+fn flips(method: Method) -> usize {
+    if method == Method::RaycastTruth { 6 } else { 0 }
+}
+
+proptest! {
+    #![proptest_config(cases(64))]
+
+    /// 1. `0 ≤ L ≤` the unoccluded closed form.
+    #[test]
+    fn radiance_lies_between_darkness_and_the_unoccluded_value(world in World::any(12)) {
+        let (bound, scale) = (world.unoccluded(), world.scale_of_rounding());
+        for method in ALL {
+            let image = world.render(method);
+            for (n, pixel) in image.inscattered().iter().enumerate() {
+                for c in 0..3 {
+                    let (value, bound) = (pixel[c], bound[n][c]);
+                    let slack = if method == Method::RayMarch(32) { lamp_slack(&world) } else { ROUNDING };
+                    prop_assert!(value >= 0.0 && f64::from(value) <= bound + slack * scale[n][c] + 1e-30, "{method:?}: {value} {bound}");
+                }
+            }
+        }
+    }
+
+    /// 2. All light gives the closed form; none gives nothing.
+    #[test]
+    fn full_visibility_gives_the_closed_form_and_none_gives_zero(world in World::any(6)) {
+        let (bound, scale) = (world.unoccluded(), world.scale_of_rounding());
+        for method in [Method::ShadowMapWalk, Method::RayMarch(256)] {
+            let slack = if method == Method::ShadowMapWalk { ROUNDING } else { lamp_slack(&world) };
+            let lit = world.clone().with_shadow(f32::INFINITY).render(method);
+            prop_assert_eq!(differing(&lit, |n| bound[n], &scale, slack), 0, "{:?}", method);
+            // Depth 0 lies before everything in a sun's map and at the lamp itself in the others. The sun's map
+            // starts before the world; what lies outside of it is lit by definition, so the world stays inside.
+            if world.max_distance < 4.0 || !matches!(world.light, WorldLight::Sun(_)) {
+                let dark = world.clone().with_shadow(0.0).render(method);
+                prop_assert!(dark.inscattered().iter().flatten().all(|&v| v == 0.0), "{:?}", method);
+            }
+        }
+    }
+
+    /// 3. Linear in the light's strength, and in σs where σt is held.
+    #[test]
+    fn radiance_is_linear_in_strength_and_in_scattering(world in World::any(12), factor in 0.01..100.0f64) {
+        for method in ALL {
+            let image = world.render(method);
+            let scale = world.scale_of_rounding();
+            let mut stronger = world.clone();
+            stronger.strength = stronger.strength.map(|s| s * factor);
+            let strong = stronger.render(method);
+            let larger: Vec<[f64; 3]> = scale.iter().map(|p| p.map(|v| v * factor)).collect();
+            let expected = |n: usize| at(&image)(n).map(|v| v * factor);
+            prop_assert_eq!(differing(&strong, expected, &larger, tolerance(method)), 0, "{:?}", method);
+
+            let mut thinner = world.clone();
+            for c in 0..3 {
+                let sigma_s: f64 = world.components.iter().map(|part| part.sigma_s[c]).sum();
+                thinner.sigma_a[c] += 0.5 * sigma_s;
+            }
+            thinner.components.iter_mut().for_each(|part| part.sigma_s = part.sigma_s.map(|s| 0.5 * s));
+            let thin = thinner.render(method);
+            let expected = |n: usize| at(&image)(n).map(|v| 0.5 * v);
+            prop_assert_eq!(differing(&thin, expected, &scale, tolerance(method)), 0, "{:?}", method);
+        }
+    }
+
+    /// 4. Lengths times k with σ / k: a sun's image stays, a lamp's with I·k² too.
+    #[test]
+    fn lengths_and_extinction_scale_against_each_other(world in World::any(12), exponent in -4i32..5) {
+        // A power of two, so that scaled f32 depths are the same depths.
+        let k = 2f64.powi(3 * exponent);
+        for method in ALL {
+            let image = world.render(method);
+            let mut scaled = world.clone();
+            scaled.scale = k;
+            scaled.components.iter_mut().for_each(|part| part.sigma_s = part.sigma_s.map(|s| s / k));
+            scaled.sigma_a = scaled.sigma_a.map(|s| s / k);
+            if !matches!(world.light, WorldLight::Sun(_)) {
+                scaled.strength = scaled.strength.map(|s| s * k * k);
+            }
+            let expected = at(&image);
+            let found = differing(&scaled.render(method), expected, &world.scale_of_rounding(), tolerance(method));
+            prop_assert!(found <= flips(method), "{method:?}: {found}");
+        }
+    }
+
+    /// 5. A rigid motion leaves the image; a reflection reflects it.
+    #[test]
+    fn motions_leave_the_image_and_mirrors_mirror_it(
+        world in World::any(12),
+        axis in [-1.0..1.0f64, -1.0..1.0, 0.1..1.0],
+        angle in 0.0..6.0f64,
+        shift in [-1e4..1e4f64, -1e4..1e4, -1e4..1e4],
+    ) {
+        for method in ALL {
+            let image = world.render(method);
+            let scale = world.scale_of_rounding();
+            let bound_to_axes = world.has_cube_map() && method != Method::RaycastTruth;
+            let mut moved = world.clone();
+            let rotation = glam::DQuat::from_axis_angle(glam::DVec3::from(axis).normalize(), angle);
+            let rotation = if bound_to_axes { glam::DQuat::IDENTITY } else { rotation };
+            moved.motion = glam::DAffine3::from_rotation_translation(rotation, shift.into());
+            let found = differing(&moved.render(method), at(&image), &scale, moved_tolerance(method));
+            prop_assert!(found <= flips(method), "{method:?} moved: {found}");
+
+            if bound_to_axes {
+                continue;
+            }
+            let width = world.size[0] as usize;
+            let reflected = |n: usize| n / width * width + (width - 1 - n % width);
+            let mirrored = world.clone().mirrored().render(method);
+            let expected = |n: usize| at(&image)(reflected(n));
+            let scale: Vec<[f64; 3]> = (0..scale.len()).map(|n| scale[reflected(n)]).collect();
+            let found = differing(&mirrored, expected, &scale, moved_tolerance(method));
+            prop_assert!(found <= flips(method), "{method:?} mirrored: {found}");
+        }
+    }
+
+    /// 6. One more occluder never makes a pixel brighter, the map's frame held fixed.
+    #[test]
+    fn an_occluder_never_brightens(world in World::any(8), more in World::any(4)) {
+        let mut shaded = world.clone();
+        shaded.triangles.extend(more.triangles);
+        // The view is held fixed too: an occluder in front of the camera shortens rays, which only darkens.
+        let shaded = shaded.with_maps();
+        let scale = world.scale_of_rounding();
+        for method in EXACT {
+            let (before, after) = (world.render(method), shaded.render(method));
+            for (n, (a, b)) in before.inscattered().iter().zip(after.inscattered()).enumerate() {
+                for c in 0..3 {
+                    let slack = (ROUNDING * scale[n][c]) as f32 + 1e-30;
+                    prop_assert!(b[c] <= a[c] + slack, "{method:?} pixel {n}: {} became {}", a[c], b[c]);
+                }
+            }
+        }
+    }
+
+    /// 7. `L(0, D)` is non-decreasing in D.
+    #[test]
+    fn radiance_grows_with_the_ray(world in World::any(12), share in 0.0..1.0f64) {
+        let mut shorter = world.clone();
+        shorter.max_distance *= share;
+        let scale = world.scale_of_rounding();
+        for method in EXACT {
+            let (near, far) = (shorter.render(method), world.render(method));
+            for (n, (a, b)) in near.inscattered().iter().zip(far.inscattered()).enumerate() {
+                for c in 0..3 {
+                    let slack = (ROUNDING * scale[n][c]) as f32 + 1e-30;
+                    prop_assert!(b[c] >= a[c] - slack, "{method:?} pixel {n}");
+                }
+            }
+        }
+    }
+}
+
+/// A world 10⁴ units from the origin has coordinates good to 2e-12, over distances of about 1: nothing beside f32. The
+/// marcher's nearest texel may then be the neighbour: one sample of 32.
+fn moved_tolerance(method: Method) -> f64 {
+    match method {
+        Method::RaycastTruth | Method::ShadowMapWalk => ROUNDING,
+        Method::RayMarch(steps) => 2.0 / f64::from(steps),
+    }
+}
+
+/// How far a lit marcher may be from the closed form: a sun's steps are exact, a lamp's follow the phase function and
+/// the cone by midpoints.
+fn lamp_slack(world: &World) -> f64 {
+    match world.light {
+        WorldLight::Sun(_) => MARCHER,
+        WorldLight::Point(_) | WorldLight::Spot(..) => 0.05,
+    }
+}

@@ -1,0 +1,82 @@
+//! `methods`: what each technique is, takes and cannot do.
+
+use std::fmt::Write;
+
+use scatter::{TECHNIQUES, TechniqueInfo};
+use scatter_validate::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+use serde_json::{Value, json};
+
+use crate::Verdict;
+use crate::flags::Methods;
+use crate::output::{print, print_json};
+
+/// The references: no options, no level, everything that the model has.
+const REFERENCES: [(&str, &str); 2] = [
+    (RAYCAST_TRUTH, "the exact image for the triangles, without sampling, f64"),
+    (SHADOW_MAP_TRUTH, "the exact image for the shadow map, texel by texel, f64"),
+];
+
+/// Prints all techniques and references.
+pub fn run(flags: &Methods) -> anyhow::Result<Verdict> {
+    let infos = || TECHNIQUES.iter().map(|technique| technique.info());
+    if flags.json {
+        let references =
+            REFERENCES.map(|(id, summary)| json!({ "id": id, "summary": summary, "reference": true }));
+        let all: Vec<Value> = references.into_iter().chain(infos().map(document)).collect();
+        print_json(&all)?;
+        return Ok(Verdict::Well);
+    }
+    let mut text = String::new();
+    for (id, summary) in REFERENCES {
+        let _ = writeln!(text, "{id} (reference)\n  {summary}\n");
+    }
+    for info in infos() {
+        describe(&mut text, info);
+    }
+    print(&text)?;
+    Ok(Verdict::Well)
+}
+
+fn document(info: &TechniqueInfo) -> Value {
+    let options: Vec<Value> = info
+        .options
+        .iter()
+        .map(|option| {
+            json!({
+                "key": option.key,
+                "summary": option.summary,
+                "unit": option.unit,
+                "range": option.range,
+                "default": (option.default)(),
+            })
+        })
+        .collect();
+    json!({
+        "id": info.id,
+        "summary": info.summary,
+        "reference": false,
+        "paper": info.paper,
+        "lights": info.lights,
+        "media": info.media,
+        "cameras": info.cameras,
+        "cannot": info.cannot,
+        "options": options,
+    })
+}
+
+fn describe(text: &mut String, info: &TechniqueInfo) {
+    let _ = writeln!(text, "{}\n  {}", info.id, info.summary);
+    let _ = writeln!(text, "  paper    {}", info.paper);
+    for (name, values) in [("lights", info.lights), ("media", info.media), ("cameras", info.cameras)] {
+        let _ = writeln!(text, "  {name:<8} {}", values.join(", "));
+    }
+    for sentence in info.cannot {
+        let _ = writeln!(text, "  cannot   {sentence}");
+    }
+    for option in info.options {
+        let unit = if option.unit.is_empty() { String::new() } else { format!(" [{}]", option.unit) };
+        let _ = writeln!(text, "  --set {}={}{unit}", option.key, (option.default)());
+        let _ = writeln!(text, "           {}; {}", option.summary, option.range);
+    }
+    text.push('\n');
+}

@@ -1,0 +1,8 @@
+//! One file a command: each reads its flags, calls the libraries, prints.
+
+pub mod compare;
+pub mod methods;
+pub mod render;
+pub mod shots;
+pub mod test;
+pub mod validate;

@@ -1,0 +1,165 @@
+//! `render`: one shot, one technique, one image; with `--compare` its error figures.
+
+use std::fmt::Write;
+
+use anyhow::{Context, bail};
+use raymarch_ref::ShadowMapWalk;
+use scatter::Target;
+use scatter_scene::{RaycastTruth, write_exr, write_png};
+use scatter_validate::matrix::{against, raycast_truth, row, shadow_map_truth};
+use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
+use scatter_validate::report::exposure;
+use scatter_validate::{Errors, RAYCAST_TRUTH, Row, SHADOW_MAP_TRUTH, Settings, StagedShot};
+
+use crate::Verdict;
+use crate::flags::{CompareWith, Render};
+use crate::output::{check_writable, print, print_json, stderr_line};
+use crate::progress::Progress;
+use crate::run::in_pool;
+use crate::select::{BASELINE, Method, at_size, check_options, check_source, map_size, method, shot};
+
+/// Renders, writes, prints.
+pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
+    let rendering = &flags.rendering;
+    check_source(rendering)?;
+    let id = match rendering.methods.as_slice() {
+        [] => BASELINE,
+        [id] => id.as_str(),
+        _ => bail!("--method: render takes one technique; give the option once"),
+    };
+    let method = method(id)?;
+    match method {
+        Method::Technique(technique) => check_options(rendering, &[technique])?,
+        _ => check_options(rendering, &[])?,
+    }
+    if flags.out.is_none() && flags.png.is_none() && !rendering.json && flags.compare.is_none() {
+        bail!("render: nothing to do with the image; give --out F.exr, --png F.png, --compare or --json");
+    }
+    if flags.out.is_some() && flags.out == flags.png {
+        bail!("--out and --png name the same file; give two");
+    }
+    for path in [&flags.out, &flags.png].into_iter().flatten() {
+        check_writable(path)?;
+    }
+    let source = shot(&flags.shot)?;
+    let progress = Progress::new(None, false);
+    let (row, notes) = in_pool(rendering.threads, |threads| {
+        progress.stage(&format!("{}: loading", source.label()));
+        let shot = at_size(source.load()?, rendering)?;
+        let notes = shot.notes.clone();
+        let settings = Settings {
+            quality: rendering.quality,
+            overrides: rendering.set.clone(),
+            map_size: map_size(rendering),
+            repeat: rendering.repeat,
+            threads,
+        };
+        anyhow::Ok((render(flags, id, method, shot, &settings, &progress)?, notes))
+    })??;
+    drop(progress);
+    for note in notes {
+        stderr_line(&format!("note: {}: {note}", source.label()));
+    }
+    if rendering.json {
+        print_json(&row)?
+    } else {
+        print(&summary(&row))?
+    }
+    Ok(Verdict::Well)
+}
+
+/// Does the work stage by stage, holding no image and no map longer than it must.
+fn render(
+    flags: &Render,
+    id: &str,
+    method: Method,
+    shot: scatter_scene::Shot,
+    settings: &Settings,
+    progress: &Progress,
+) -> anyhow::Result<Row> {
+    progress.stage(&format!("{}: maps", shot.name));
+    let mut shot = StagedShot::new(shot, settings.map_size)?;
+    progress.stage(&format!("{}: {id}", shot.name()));
+    let measurement = rendered(method, &shot, settings)?;
+    if let Some(path) = &flags.out {
+        write_exr(path, &measurement.image)?;
+    }
+    if let Some(path) = &flags.png {
+        write_png(path, &measurement.image, exposure(&measurement.image) as f32)?;
+    }
+    let wants = |truth: CompareWith, truth_id: &str| match flags.compare {
+        // An image is not compared with itself; asked for by name, that is an error.
+        Some(CompareWith::Both) => truth_id != id,
+        Some(wanted) => wanted == truth,
+        None => false,
+    };
+    let mut errors = Errors::default();
+    if wants(CompareWith::ShadowMap, SHADOW_MAP_TRUTH) {
+        progress.stage(&format!("{}: {SHADOW_MAP_TRUTH}", shot.name()));
+        let truth = if id == SHADOW_MAP_TRUTH { measurement.clone() } else { shadow_map_truth(&shot, 1)? };
+        errors.shadow_map = Some(against(&shot, (SHADOW_MAP_TRUTH, &truth), (id, &measurement))?);
+    }
+    shot.drop_maps();
+    if wants(CompareWith::Raycast, RAYCAST_TRUTH) {
+        progress.stage(&format!("{}: {RAYCAST_TRUTH}", shot.name()));
+        let truth = if id == RAYCAST_TRUTH { measurement.clone() } else { raycast_truth(&shot, 1)? };
+        errors.raycast = Some(against(&shot, (RAYCAST_TRUTH, &truth), (id, &measurement))?);
+    }
+    let mut row = row(&shot, id, &measurement, settings, errors);
+    row.options = settings.overrides.iter().cloned().collect();
+    if matches!(method, Method::Technique(_)) {
+        row.level = Some(settings.quality.to_string());
+    }
+    Ok(row)
+}
+
+fn rendered(method: Method, shot: &StagedShot, settings: &Settings) -> anyhow::Result<Measurement> {
+    let mut walk = ShadowMapWalk::new();
+    let mut raycast = RaycastTruth::new(shot.caster());
+    let mut renderer = match method {
+        Method::ShadowMapTruth => Renderer::Shared(&mut walk),
+        Method::RaycastTruth => Renderer::Shared(&mut raycast),
+        Method::Technique(technique) => {
+            let overrides: Vec<(&str, &str)> =
+                settings.overrides.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
+            let target = Target::Quality(settings.quality);
+            Renderer::configured(technique, target, &overrides, shot)?.context("--set")?
+        }
+    };
+    match measure(shot, &mut renderer, settings.repeat)? {
+        Outcome::Measured(measurement) => Ok(*measurement),
+        Outcome::Unsupported(unsupported) => {
+            bail!("{}: {unsupported}; choose another technique with --method", shot.name())
+        }
+    }
+}
+
+fn summary(row: &Row) -> String {
+    let mut text = String::new();
+    let [width, height] = row.size;
+    let _ = writeln!(
+        text,
+        "{} on {}: {width}x{height}, {:.1} ms, maps {:.1} ms, {} threads",
+        row.method,
+        row.shot,
+        row.total_ms(),
+        row.maps_ms,
+        row.threads
+    );
+    for (stage, time) in row.time_ms.iter().filter(|(stage, _)| *stage != "total") {
+        let _ = writeln!(text, "  {stage:<20} {time:>12.2} ms");
+    }
+    for (name, count) in &row.counts {
+        let _ = writeln!(text, "  {name:<20} {count:>12}");
+    }
+    let truths = [(SHADOW_MAP_TRUTH, row.errors.shadow_map), (RAYCAST_TRUTH, row.errors.raycast)];
+    for (truth, figures) in truths {
+        let Some(f) = figures else { continue };
+        let _ = writeln!(
+            text,
+            "  against {truth}: rel_rmse {:.3e}, p99 {:.3e}, p99_lit {:.3e}, max {:.3e}, bias {:.3e}, non-finite {}",
+            f.rel_rmse, f.p99, f.p99_lit, f.max, f.bias, f.non_finite
+        );
+    }
+    text
+}

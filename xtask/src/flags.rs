@@ -1,0 +1,188 @@
+//! The command line. Flags mean the same in every command that has them.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use scatter::Quality;
+use scatter_scene::MAX_SIDE;
+
+/// Try, compare and regression-test volumetric-shadow techniques.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", version, propagate_version = true, arg_required_else_help = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Every technique on every built-in shot, against shadow-map truth and ray-cast truth; exit 1 if one is out of tolerance
+    Validate(Validate),
+    /// One shot, one technique, one image
+    Render(Render),
+    /// The error figures of two images: the first is the reference
+    Compare(Compare),
+    /// The techniques with paper, light kinds, media, what they cannot do, options with range and default
+    Methods(Methods),
+    /// The built-in shots: what each is there to show, triangles, light, optical depth
+    Shots(Shots),
+    /// Everything CI checks: format, lints, docs, all tests, a quick validate
+    Test,
+}
+
+/// How a shot is rendered.
+#[derive(Debug, Clone, Args)]
+pub struct Rendering {
+    /// Technique by its id; repeatable where several make sense
+    #[arg(long = "method", value_name = "ID")]
+    pub methods: Vec<String>,
+    /// Error level from which a technique derives its options: preview, game or film
+    #[arg(long, value_name = "LEVEL", default_value_t, value_parser = quality)]
+    pub quality: Quality,
+    /// One option of the technique, over the level's choice; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Image size in pixels; the shot's own by default
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<[u32; 2]>,
+    /// Texels along a side of the shadow map [default: 2048; 512 with --quick]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SIDE)))]
+    pub shadow_map: Option<u32>,
+    /// What makes the shadow map
+    #[arg(long, value_name = "SOURCE", default_value = "raycast")]
+    pub shadow_source: ShadowSource,
+    /// Threads [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Timed runs, after one to warm up; the median counts
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub repeat: u32,
+    /// Print one JSON document on stdout, everything else on stderr
+    #[arg(long)]
+    pub json: bool,
+    /// Small images: the whole command within a minute on two cores
+    #[arg(long)]
+    pub quick: bool,
+}
+
+/// `validate`.
+#[derive(Debug, Clone, Args)]
+pub struct Validate {
+    /// Shot file, mesh, or name of a built-in shot; repeatable [default: all built-in shots]
+    #[arg(long = "shot", value_name = "FILE|NAME")]
+    pub shots: Vec<String>,
+    #[command(flatten)]
+    pub rendering: Rendering,
+    /// Write a self-contained HTML report into this folder
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+/// `render`.
+#[derive(Debug, Args)]
+pub struct Render {
+    /// Shot file, mesh, or name of a built-in shot
+    #[arg(long, value_name = "FILE|NAME")]
+    pub shot: String,
+    #[command(flatten)]
+    pub rendering: Rendering,
+    /// Write the in-scattered radiance as EXR: channels R, G, B, float32
+    #[arg(long, value_name = "F.exr")]
+    pub out: Option<PathBuf>,
+    /// Write a picture to look at
+    #[arg(long, value_name = "F.png")]
+    pub png: Option<PathBuf>,
+    /// Compare with the exact images
+    #[arg(long, value_name = "TRUTH", num_args = 0..=1, default_missing_value = "both")]
+    pub compare: Option<CompareWith>,
+}
+
+/// `compare`.
+#[derive(Debug, Args)]
+pub struct Compare {
+    /// The reference
+    #[arg(value_name = "A.exr")]
+    pub reference: PathBuf,
+    /// The image to judge
+    #[arg(value_name = "B.exr")]
+    pub test: PathBuf,
+    /// PNG: white pixels are left out
+    #[arg(long, value_name = "M.png")]
+    pub mask: Option<PathBuf>,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `methods`.
+#[derive(Debug, Args)]
+pub struct Methods {
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `shots`.
+#[derive(Debug, Args)]
+pub struct Shots {
+    /// Shot file, mesh, or name of a built-in shot; repeatable [default: all built-in shots]
+    #[arg(long = "shot", value_name = "FILE|NAME")]
+    pub shots: Vec<String>,
+    /// Write the built-in shots into this folder: shot files with their meshes
+    #[arg(long, value_name = "DIR")]
+    pub export: Option<PathBuf>,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a rendered image is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CompareWith {
+    /// The exact image for the same shadow map
+    ShadowMap,
+    /// The exact image for the triangles
+    Raycast,
+    /// Both of them
+    Both,
+}
+
+/// What makes shadow maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ShadowSource {
+    /// Ray casts on the CPU
+    Raycast,
+    /// The Vulkan raster pass
+    Raster,
+}
+
+fn quality(text: &str) -> Result<Quality, String> {
+    text.parse()
+}
+
+fn key_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().into(), value.trim().into())),
+        _ => Err("give KEY=VALUE, for example steps=256".into()),
+    }
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    /// Most pixels of an image: 64 Mi, 1.5 GiB of radiance and transmittance.
+    const MOST_PIXELS: u64 = 1 << 26;
+    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some([w, h])
+            if (1..=MAX_SIDE).contains(&w)
+                && (1..=MAX_SIDE).contains(&h)
+                && u64::from(w) * u64::from(h) <= MOST_PIXELS =>
+        {
+            Ok([w, h])
+        }
+        _ => Err(format!(
+            "give WxH in pixels, for example 640x480, each from 1 to {MAX_SIDE} and {MOST_PIXELS} in all at most"
+        )),
+    }
+}

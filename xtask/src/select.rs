@@ -1,0 +1,147 @@
+//! From names on the command line to shots and techniques; what does not exist lists what does.
+
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use scatter::{Camera, TECHNIQUES, Technique, technique};
+use scatter_scene::{BuiltinShot, Shot, builtin_shots, export, load_shot};
+use scatter_validate::staged_shot::resized;
+use scatter_validate::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+
+use crate::flags::{Rendering, ShadowSource};
+
+/// The technique that the others' times are compared with.
+pub const BASELINE: &str = "raymarch";
+/// Texels along a side of the shadow map, without and with `--quick`.
+const MAP_SIZE: [u32; 2] = [2048, 512];
+/// Longest side of an image with `--quick`.
+const QUICK_SIDE: u32 = 160;
+
+/// Where a shot comes from.
+pub enum ShotSource {
+    /// Made by the project itself.
+    BuiltIn(&'static BuiltinShot),
+    /// A shot file or a mesh.
+    File(std::path::PathBuf),
+}
+
+/// What renders.
+#[derive(Clone, Copy)]
+pub enum Method {
+    /// A technique or the marcher.
+    Technique(&'static dyn Technique),
+    /// The exact image for the shadow map.
+    ShadowMapTruth,
+    /// The exact image for the triangles.
+    RaycastTruth,
+}
+
+/// Finds all named shots; all built-in ones if none is named.
+pub fn shots(names: &[String]) -> anyhow::Result<Vec<ShotSource>> {
+    if names.is_empty() {
+        return Ok(builtin_shots().iter().map(ShotSource::BuiltIn).collect());
+    }
+    names.iter().map(|name| shot(name)).collect()
+}
+
+/// Finds a shot by its built-in name, or takes the name as a path.
+pub fn shot(name: &str) -> anyhow::Result<ShotSource> {
+    if let Some(built_in) = builtin_shots().iter().find(|shot| shot.name == name) {
+        return Ok(ShotSource::BuiltIn(built_in));
+    }
+    let path = Path::new(name);
+    if !path.exists() && path.extension().is_none() {
+        let known: Vec<_> = builtin_shots().iter().map(|shot| shot.name).collect();
+        bail!("--shot {name}: no such file, nor a built-in shot; built in are {}", known.join(", "));
+    }
+    Ok(ShotSource::File(path.to_path_buf()))
+}
+
+impl ShotSource {
+    /// Its name, before it is loaded.
+    pub fn label(&self) -> String {
+        match self {
+            Self::BuiltIn(shot) => shot.name.to_string(),
+            Self::File(path) => path.display().to_string(),
+        }
+    }
+
+    /// Loads it; built-in shots are written to a temporary folder and read back like any other.
+    pub fn load(&self) -> anyhow::Result<Shot> {
+        match self {
+            Self::File(path) => Ok(load_shot(path)?),
+            Self::BuiltIn(shot) => {
+                let folder = tempfile::tempdir().context("temporary folder: cannot be made; set TMPDIR")?;
+                let paths = export(folder.path(), &[shot])?;
+                let path = paths.first().context("a built-in shot has no shot file")?;
+                Ok(load_shot(path)?)
+            }
+        }
+    }
+}
+
+/// Finds a technique or reference by its id.
+pub fn method(id: &str) -> anyhow::Result<Method> {
+    match id {
+        SHADOW_MAP_TRUTH => Ok(Method::ShadowMapTruth),
+        RAYCAST_TRUTH => Ok(Method::RaycastTruth),
+        _ => match technique(id) {
+            Some(technique) => Ok(Method::Technique(technique)),
+            None => bail!("--method {id}: no such technique; there are {}", method_ids().join(", ")),
+        },
+    }
+}
+
+/// All ids that `--method` takes.
+pub fn method_ids() -> Vec<&'static str> {
+    let techniques = TECHNIQUES.iter().map(|technique| technique.info().id);
+    [RAYCAST_TRUTH, SHADOW_MAP_TRUTH].into_iter().chain(techniques).collect()
+}
+
+/// The marcher.
+pub fn baseline() -> Option<&'static dyn Technique> {
+    technique(BASELINE)
+}
+
+/// An error for options that none of the techniques takes.
+pub fn check_options(rendering: &Rendering, techniques: &[&dyn Technique]) -> anyhow::Result<()> {
+    for (key, value) in &rendering.set {
+        let Some(first) = techniques.first() else {
+            bail!("--set {key}={value}: references have no options; leave it out");
+        };
+        if techniques.iter().all(|technique| technique.info().option(key).is_err()) {
+            // One technique's own message lists its options; with several every list would be too long.
+            first.info().option(key).with_context(|| format!("--set {key}={value}"))?;
+        }
+    }
+    Ok(())
+}
+
+/// An error for shadow maps that this build cannot make.
+pub fn check_source(rendering: &Rendering) -> anyhow::Result<()> {
+    if rendering.shadow_source == ShadowSource::Raster {
+        bail!("--shadow-source raster: this program was built without raster; give raycast");
+    }
+    Ok(())
+}
+
+/// Texels along a side of the shadow map.
+pub fn map_size(rendering: &Rendering) -> u32 {
+    rendering.shadow_map.unwrap_or(MAP_SIZE[usize::from(rendering.quick)])
+}
+
+/// The shot at the size that was asked for.
+pub fn at_size(mut shot: Shot, rendering: &Rendering) -> anyhow::Result<Shot> {
+    let [width, height] = shot.camera.size();
+    let longest = width.max(height);
+    let size = match rendering.size {
+        Some(size) => size,
+        None if rendering.quick && longest > QUICK_SIDE => {
+            [width, height].map(|side| (side * QUICK_SIDE / longest).max(1))
+        }
+        None => return Ok(shot),
+    };
+    let camera: Camera = resized(&shot.camera, size).with_context(|| shot.name.clone())?;
+    shot.camera = camera;
+    Ok(shot)
+}
