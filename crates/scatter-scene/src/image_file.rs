@@ -77,22 +77,6 @@ pub fn read_exr(path: &Path) -> Result<RadianceImage, SceneError> {
 pub fn write_png(path: &Path, image: &RadianceImage, exposure: f32) -> Result<(), SceneError> {
     checked_shape(image).map_err(|fault| fault.in_file(path))?;
     let bytes: Vec<u8> = image.pixels.iter().flat_map(|&rgb| displayed(rgb, exposure)).collect();
-<<<<<<< HEAD
-    let [width, height] = image.size;
-    write_atomically(path, |writer| {
-        let mut png = Cursor::new(Vec::new());
-        image::write_buffer_with_format(
-            &mut png,
-            &bytes,
-            width,
-            height,
-            image::ColorType::Rgb8,
-            image::ImageFormat::Png,
-        )
-        .map_err(io::Error::other)?;
-        writer.write_all(png.get_ref())
-    })
-=======
     let png = encode_png(image.size, &bytes).map_err(|source| SceneError::write(path, source))?;
     write_atomically(path, |writer| writer.write_all(&png))
 }
@@ -106,7 +90,6 @@ pub fn encode_png([width, height]: [u32; 2], rgb: &[u8]) -> io::Result<Vec<u8>> 
     }
     image::write_buffer_with_format(&mut png, rgb, width, height, colour, format).map_err(io::Error::other)?;
     Ok(png.into_inner())
->>>>>>> main
 }
 
 /// Reads a mask: pixels whose grey value is above 127 of 255 are left out.
