@@ -98,7 +98,8 @@ impl<'a> View<'a> {
         if !strays.is_empty() {
             println!("{what}: slivers (column, row, found, cast): {strays:?}");
         }
-        let most = (MAY_CRACK * count as f64).max(1.0);
+        // A small sample may hold two by chance.
+        let most = (MAY_CRACK * count as f64).max(2.0);
         assert!(
             beyond.len() as f64 <= most,
             "{what}: beyond the grid (column, row, found, cast): {beyond:?}"
