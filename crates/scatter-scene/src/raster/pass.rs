@@ -58,6 +58,8 @@ const SMALLEST_SHARE: f64 = 1e-12;
 /// Largest side of an image that is drawn finer than it was asked for: 4096² texels are 64 MiB and a tenth of a second
 /// in software.
 const FINE_SIDE: u32 = 4096;
+/// Finest grid, odd: beyond it a small image would cost more than a large one.
+const FINEST: u32 = 9;
 
 impl DepthPass {
     /// The pass of a shadow map. `None` if the projection has no inverse.
@@ -141,8 +143,9 @@ impl DepthPass {
     /// The same pass on the finest grid for which the drawn image stays within [`FINE_SIDE`] and `limit`.
     pub fn refined(self, limit: u32) -> Self {
         let side = self.size[0].max(self.size[1]).max(1);
-        let fits = FINE_SIDE.min(limit) / side;
-        Self { fineness: if fits >= 3 { 3 } else { 1 }, ..self }
+        let fits = (FINE_SIDE.min(limit) / side).clamp(1, FINEST);
+        // The largest odd number that fits.
+        Self { fineness: (fits - 1) | 1, ..self }
     }
 }
 
