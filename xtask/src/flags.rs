@@ -53,6 +53,9 @@ pub struct Rendering {
     /// What makes the shadow map
     #[arg(long, value_name = "SOURCE", default_value = "raycast")]
     pub shadow_source: ShadowSource,
+    /// Vulkan device of --shadow-source raster, by a part of its name or its number in `methods` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub vulkan_device: Option<String>,
     /// Threads [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,

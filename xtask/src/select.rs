@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use raymarch_ref::MOST_STEPS;
 use scatter::{Camera, TECHNIQUES, Technique, technique};
-use scatter_scene::{BuiltinShot, Shot, builtin_shots, export, load_shot};
+use scatter_scene::{BuiltinShot, RasterDevice, RasterOptions, Shot, builtin_shots, export, load_shot};
 use scatter_validate::staged_shot::resized;
 use scatter_validate::{Baseline, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
@@ -118,12 +118,18 @@ pub fn check_options(rendering: &Rendering, techniques: &[&dyn Technique]) -> an
     Ok(())
 }
 
-/// An error for shadow maps that this build cannot make.
-pub fn check_source(rendering: &Rendering) -> anyhow::Result<()> {
-    if rendering.shadow_source == ShadowSource::Raster {
-        bail!("--shadow-source raster: this program was built without raster; give raycast");
+/// The device that draws the maps; none where rays make them.
+pub fn raster_device(rendering: &Rendering) -> anyhow::Result<Option<RasterDevice>> {
+    let wanted = rendering.vulkan_device.as_deref();
+    if rendering.shadow_source != ShadowSource::Raster {
+        if wanted.is_some() {
+            bail!("--vulkan-device: rays make the maps; add --shadow-source raster");
+        }
+        return Ok(None);
     }
-    Ok(())
+    let device = wanted.unwrap_or_default().parse()?;
+    let options = RasterOptions { device, ..RasterOptions::default() };
+    Ok(Some(RasterDevice::open(&options).context("--shadow-source raster")?))
 }
 
 /// Texels along a side of the shadow map.

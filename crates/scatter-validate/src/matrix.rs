@@ -1,7 +1,7 @@
 //! The technique × shot matrix, a shot at a time: maps once, both truths once, then each technique at its level.
 
 use scatter_core::{OptionError, Quality, Target, Technique, VolumetricShadow};
-use scatter_scene::{RadianceImage, RaycastTruth, Shot};
+use scatter_scene::{RadianceImage, RasterDevice, RaycastTruth, Shot};
 
 use raymarch_ref::ShadowMapWalk;
 
@@ -44,6 +44,8 @@ pub struct Settings {
     pub overrides: Vec<(String, String)>,
     /// Texels along a side of the shadow map.
     pub map_size: u32,
+    /// Draws the maps; rays make them where there is none.
+    pub raster: Option<RasterDevice>,
     /// Timed runs.
     pub repeat: u32,
     /// Threads of the pool that all this runs in (for the rows).
@@ -104,7 +106,7 @@ impl Matrix<'_> {
     /// Measures every technique on one shot. `progress` is told what comes next.
     pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotResult, MatrixError> {
         progress(&format!("{}: maps", shot.name));
-        let shot = StagedShot::new(shot, self.settings.map_size)?;
+        let shot = StagedShot::with_source(shot, self.settings.map_size, self.settings.raster.as_ref())?;
         progress(&format!("{}: {SHADOW_MAP_TRUTH}", shot.name()));
         let map_truth = shadow_map_truth(&shot, 1)?;
         progress(&format!("{}: {RAYCAST_TRUTH}", shot.name()));

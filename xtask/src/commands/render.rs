@@ -16,12 +16,11 @@ use crate::flags::{CompareWith, Render};
 use crate::output::{check_writable, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{BASELINE, Method, at_size, check_options, check_source, map_size, method, shot};
+use crate::select::{BASELINE, Method, at_size, check_options, map_size, method, raster_device, shot};
 
 /// Renders, writes, prints.
 pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
     let rendering = &flags.rendering;
-    check_source(rendering)?;
     let id = match rendering.methods.as_slice() {
         [] => BASELINE,
         [id] => id.as_str(),
@@ -41,6 +40,7 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
     for path in [&flags.out, &flags.png].into_iter().flatten() {
         check_writable(path)?;
     }
+    let raster = raster_device(rendering)?;
     let source = shot(&flags.shot)?;
     let progress = Progress::new(None, false);
     let (row, notes) = in_pool(rendering.threads, |threads| {
@@ -51,6 +51,7 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
             quality: rendering.quality,
             overrides: rendering.set.clone(),
             map_size: map_size(rendering),
+            raster,
             repeat: rendering.repeat,
             threads,
         };
@@ -78,7 +79,7 @@ fn render(
     progress: &Progress,
 ) -> anyhow::Result<Row> {
     progress.stage(&format!("{}: maps", shot.name));
-    let mut shot = StagedShot::new(shot, settings.map_size)?;
+    let mut shot = StagedShot::with_source(shot, settings.map_size, settings.raster.as_ref())?;
     progress.stage(&format!("{}: {id}", shot.name()));
     let measurement = rendered(method, &shot, settings)?;
     if let Some(path) = &flags.out {
