@@ -27,6 +27,8 @@ pub fn for_each_band<T: Send, U: Send>(
             .zip(b.par_chunks_mut(lengths[0]))
             .zip(scratch.par_chunks_mut(lengths[1]))
             .enumerate()
+            // Bands differ in cost: a thread that is done early finds single ones to take over.
+            .with_max_len(1)
             .for_each(|(index, ((a, b), scratch))| work(index, a, b, scratch));
     }
     #[cfg(not(feature = "rayon"))]

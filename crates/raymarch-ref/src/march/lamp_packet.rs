@@ -49,6 +49,8 @@ pub struct ConeLanes {
 pub struct LampMarch<'a> {
     /// Steps, ≥ 1.
     pub steps: u32,
+    /// Whether steps have equal lengths instead of equal angles.
+    pub uniform: bool,
     /// Equi-angular: ξ at the start \[radians\]. Uniform: the start's distance behind the foot over h.
     pub first: [f32; LANES],
     /// Equi-angular: a step of ξ. Uniform: a step's length over h.
@@ -72,7 +74,7 @@ pub struct LampMarch<'a> {
 /// `Σ V·C·Σσs·p·e^{−σt(t+d)}·Δξ`, per channel and lane: to be multiplied by 2·I/h (and, without phase terms, by the
 /// isotropic scattering). Channels beyond `CHANNELS` repeat the first.
 #[inline(always)]
-pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize, const UNIFORM: bool>(
+pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize>(
     simd: S,
     march: &LampMarch<'_>,
     visibility: V,
@@ -93,7 +95,7 @@ pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize, const UNIFOR
                 hashed(simd, seeds, step) + step as f32
             };
             let at = offset.mul_add(step_size, first);
-            let (sample, tan_half, haversine, weight) = if UNIFORM {
+            let (sample, tan_half, haversine, weight) = if march.uniform {
                 let from = splat(simd, step as f32).mul_add(step_size, first);
                 uniform_sample(simd, at, from, step_size)
             } else {
@@ -145,7 +147,7 @@ pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize, const UNIFOR
         }
         start = end;
     }
-    if !UNIFORM {
+    if !march.uniform {
         for channel in &mut sum {
             *channel *= step_size;
         }

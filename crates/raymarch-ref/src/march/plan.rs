@@ -175,7 +175,11 @@ impl<'a> Plan<'a> {
                 }
                 self.sun_channels(simd, &march, CascadeMaps { layers, lanes: cascades })
             }
-            _ => self.sun_channels(simd, &march, Clear),
+            // Without a shadow there is a texture: three channels.
+            _ => simd.vectorize(
+                #[inline(always)]
+                || march_sun::<S, Clear, 3, false>(simd, &march, Clear),
+            ),
         };
         std::array::from_fn(|lane| {
             let whole = self.ray_light(packet, lane).interval(0.0, packet.ends[lane]);
@@ -195,9 +199,9 @@ impl<'a> Plan<'a> {
             #[inline(always)]
             || match (self.one_channel, plain) {
                 (true, true) => march_sun::<S, V, 1, true>(simd, march, visibility),
-                (true, false) => march_sun::<S, V, 1, false>(simd, march, visibility),
                 (false, true) => march_sun::<S, V, 3, true>(simd, march, visibility),
-                (false, false) => march_sun::<S, V, 3, false>(simd, march, visibility),
+                // Two channels more cost little beside a hash or three more texels.
+                (_, false) => march_sun::<S, V, 3, false>(simd, march, visibility),
             },
         )
     }
@@ -225,6 +229,7 @@ impl<'a> Plan<'a> {
         let sigma_t = frame.medium().sigma_t();
         let mut march = LampMarch {
             steps: self.steps,
+            uniform: self.uniform,
             first: [0.0; LANES],
             step: [0.0; LANES],
             depth_to_foot: [[0.0; LANES]; 3],
@@ -287,7 +292,11 @@ impl<'a> Plan<'a> {
                 let lanes = cube_lanes(cube.position(), eye, &packet.rays, &feet);
                 self.lamp_channels(simd, &march, CubeMap { grid, lanes: &lanes })
             }
-            _ => self.lamp_channels(simd, &march, Clear),
+            // Without a shadow there is a texture: three channels.
+            _ => simd.vectorize(
+                #[inline(always)]
+                || march_lamp::<S, Clear, 3>(simd, &march, Clear),
+            ),
         };
         let strength = DVec3::from(lamp.intensity()) * self.scattering;
         std::array::from_fn(|lane| {
@@ -306,11 +315,12 @@ impl<'a> Plan<'a> {
     ) -> [[f32; LANES]; 3] {
         simd.vectorize(
             #[inline(always)]
-            || match (self.one_channel, self.uniform) {
-                (true, false) => march_lamp::<S, V, 1, false>(simd, march, visibility),
-                (true, true) => march_lamp::<S, V, 1, true>(simd, march, visibility),
-                (false, false) => march_lamp::<S, V, 3, false>(simd, march, visibility),
-                (false, true) => march_lamp::<S, V, 3, true>(simd, march, visibility),
+            || {
+                if self.one_channel {
+                    march_lamp::<S, V, 1>(simd, march, visibility)
+                } else {
+                    march_lamp::<S, V, 3>(simd, march, visibility)
+                }
             },
         )
     }
