@@ -58,8 +58,10 @@ fn check(name: &str, value: f64, exact: f64) {
     assert!(error < F32, "{name}: {value} {exact}");
 }
 
-/// The three shadows of the sun: where the ray is shadowed and what is left of it.
-fn sun_cases() -> [(&'static str, Vec<[f64; 5]>, Vec<(f64, f64)>); 3] {
+/// A name, the screens, and the stretches of the ray that they leave lit.
+type SunCase = (&'static str, Vec<[f64; 5]>, Vec<(f64, f64)>);
+
+fn sun_cases() -> [SunCase; 3] {
     [
         ("half-plane", vec![[-9.0, 9.0, 1.0, -7.0, -99.0]], vec![(0.0, 7.0)]),
         ("slab", vec![[-9.0, 9.0, 1.0, -4.0, -9.5]], vec![(0.0, 4.0), (9.5, LENGTH)]),
