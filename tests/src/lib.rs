@@ -3,3 +3,8 @@
 mod world;
 
 pub use world::{Method, Mirror, World, WorldLight};
+
+/// The code in the README compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

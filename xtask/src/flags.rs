@@ -53,6 +53,9 @@ pub struct Rendering {
     /// What makes the shadow map
     #[arg(long, value_name = "SOURCE", default_value = "raycast")]
     pub shadow_source: ShadowSource,
+    /// Vulkan device of --shadow-source raster, by a part of its name or its number in `methods` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub vulkan_device: Option<String>,
     /// Threads [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
@@ -133,6 +136,12 @@ pub struct Shots {
     /// Write the built-in shots into this folder: shot files with their meshes
     #[arg(long, value_name = "DIR")]
     pub export: Option<PathBuf>,
+    /// Find the fewest steps with which the marcher reaches each quality level (renders each shot some twenty times)
+    #[arg(long)]
+    pub steps: bool,
+    /// Texels along a side of the shadow map for `--steps` [default: 2048]
+    #[arg(long, value_name = "N", requires = "steps", value_parser = clap::value_parser!(u32).range(1..=16384))]
+    pub shadow_map: Option<u32>,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,

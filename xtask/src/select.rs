@@ -3,17 +3,18 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
+use raymarch_ref::MOST_STEPS;
 use scatter::{Camera, TECHNIQUES, Technique, technique};
-use scatter_scene::{BuiltinShot, Shot, builtin_shots, export, load_shot};
+use scatter_scene::{BuiltinShot, RasterDevice, RasterOptions, Shot, builtin_shots, export, load_shot};
 use scatter_validate::staged_shot::resized;
-use scatter_validate::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+use scatter_validate::{Baseline, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
 use crate::flags::{Rendering, ShadowSource};
 
 /// The technique that the others' times are compared with.
 pub const BASELINE: &str = "raymarch";
 /// Texels along a side of the shadow map, without and with `--quick`.
-const MAP_SIZE: [u32; 2] = [2048, 512];
+pub const MAP_SIZE: [u32; 2] = [2048, 512];
 /// Longest side of an image with `--quick`.
 const QUICK_SIDE: u32 = 160;
 
@@ -98,9 +99,9 @@ pub fn method_ids() -> Vec<&'static str> {
     [RAYCAST_TRUTH, SHADOW_MAP_TRUTH].into_iter().chain(techniques).collect()
 }
 
-/// The marcher.
-pub fn baseline() -> Option<&'static dyn Technique> {
-    technique(BASELINE)
+/// The marcher, with its step count.
+pub fn baseline() -> Option<Baseline<'static>> {
+    technique(BASELINE).map(|technique| Baseline { technique, knob: "steps", most: MOST_STEPS })
 }
 
 /// An error for options that none of the techniques takes.
@@ -117,12 +118,18 @@ pub fn check_options(rendering: &Rendering, techniques: &[&dyn Technique]) -> an
     Ok(())
 }
 
-/// An error for shadow maps that this build cannot make.
-pub fn check_source(rendering: &Rendering) -> anyhow::Result<()> {
-    if rendering.shadow_source == ShadowSource::Raster {
-        bail!("--shadow-source raster: this program was built without raster; give raycast");
+/// The device that draws the maps; none where rays make them.
+pub fn raster_device(rendering: &Rendering) -> anyhow::Result<Option<RasterDevice>> {
+    let wanted = rendering.vulkan_device.as_deref();
+    if rendering.shadow_source != ShadowSource::Raster {
+        if wanted.is_some() {
+            bail!("--vulkan-device: rays make the maps; add --shadow-source raster");
+        }
+        return Ok(None);
     }
-    Ok(())
+    let device = wanted.unwrap_or_default().parse()?;
+    let options = RasterOptions { device, ..RasterOptions::default() };
+    Ok(Some(RasterDevice::open(&options).context("--shadow-source raster")?))
 }
 
 /// Texels along a side of the shadow map.

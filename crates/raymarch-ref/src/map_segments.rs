@@ -2,7 +2,7 @@
 //!
 //! An orthographic or a perspective map decides inside of its rectangle (and in front of a lamp); a cube decides by
 //! the face of the largest component; cascades by the first map in the list that contains the point; where no map
-//! decides, nothing is shadowed (1-model.md, Conventions). All of these regions are convex cones or prisms, so each
+//! decides, nothing is shadowed (MODEL.md, Conventions). All of these regions are convex cones or prisms, so each
 //! cuts a ray in one interval, whose ends are roots of linear functions of the ray parameter. f64.
 
 use glam::DVec3;

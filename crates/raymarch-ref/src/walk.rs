@@ -1,4 +1,4 @@
-//! Shadow-map truth: the exact walk of every pixel's ray through the given shadow map (1-model.md, level 3).
+//! Shadow-map truth: the exact walk of every pixel's ray through the given shadow map (MODEL.md, References).
 //!
 //! Visibility is that of the map by nearest texel; each lit stretch is integrated in closed form. There is no step
 //! size and so no step error: this is what a technique that reads this shadow map can reach at best. f64.
@@ -58,11 +58,25 @@ impl ShadowMapWalk {
         let ray = frame.camera().pixel_ray(x, y);
         let light = RayLight::new(frame.light(), frame.medium(), eye, &ray);
         let mut sum = DVec3::ZERO;
-        let mut asked = 0;
-        let mut lit = LitParts::new(|a, b| match frame.texture() {
+        let asked = self.visit_lit(frame, x, y, |a, b| match frame.texture() {
             None => sum += light.interval(a, b),
             Some(texture) => add_coloured(texture, eye, &ray, &light, (a, b), &mut sum),
         });
+        (sum, asked)
+    }
+
+    /// Calls `each(start, end)` for every lit stretch of the ray of pixel `(x, y)`, in order; neighbouring texels'
+    /// stretches are one. Ray parameters \[world units\]. Cost: every texel that the ray crosses.
+    pub fn lit_stretches(frame: &Frame<'_>, x: u32, y: u32, each: impl FnMut(f64, f64)) {
+        Self::plain().visit_lit(frame, x, y, each);
+    }
+
+    /// The same by this walk's trees, which must be those of the frame. Returns how many texels and blocks it asked.
+    fn visit_lit(&self, frame: &Frame<'_>, x: u32, y: u32, each: impl FnMut(f64, f64)) -> u64 {
+        let eye = frame.camera().eye();
+        let ray = frame.camera().pixel_ray(x, y);
+        let mut asked = 0;
+        let mut lit = LitParts::new(each);
         visit_segments(frame.shadow(), eye, &ray, frame.ray_end(x, y), &mut |segment| {
             let layer = segment.layer.and_then(|index| Some((index, layer_of(frame.shadow(), index)?)));
             match layer {
@@ -75,7 +89,7 @@ impl ShadowMapWalk {
             }
         });
         lit.finish();
-        (sum, asked)
+        asked
     }
 }
 

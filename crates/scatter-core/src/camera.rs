@@ -1,6 +1,6 @@
 //! Cameras: perspective, off-centre and orthographic, and the one ray through each pixel's centre.
 //!
-//! World space is right-handed, image x goes right and y goes down, row 0 is the top row (1-model.md). Everything
+//! World space is right-handed, image x goes right and y goes down, row 0 is the top row (MODEL.md). Everything
 //! is f64 and relative to the eye, so that an eye 10⁵ units from the origin loses nothing.
 
 use glam::{DMat4, DVec3, DVec4};

@@ -73,7 +73,7 @@ impl LampRay {
     ///
     /// `radius` ≥ 0 is the lamp's. The lamp must not be at the eye (a frame refuses that).
     pub fn new(origin: DVec3, direction: DVec3, lamp: DVec3, radius: f64) -> Self {
-        /// A ray that passes closer than this share of the eye's distance is taken at it (1-model.md).
+        /// A ray that passes closer than this share of the eye's distance is taken at it (MODEL.md).
         const CLOSEST_SHARE: f64 = 1e-6;
         let to_lamp = lamp - origin;
         let closest = to_lamp.dot(direction);
@@ -261,25 +261,25 @@ impl ConeOnRay {
         self.cos_at(middle, ray) > self.cos_outer
     }
 
-    /// Ray parameters where the cosine passes `cos`: roots of `(along·x + across·h)² = cos²·(x² + h²)` with the sign
-    /// of `cos`.
+    /// Ray parameters where the cosine passes `± cos`: roots of `(along·x + across·h)² = cos²·(x² + h²)`.
     fn crossings(&self, cos: f64, ray: LampRay) -> impl Iterator<Item = f64> + use<> {
         let h = ray.distance;
         let (along, across) = (self.along, self.across);
         let quadratic = along * along - cos * cos;
         let half_linear = along * across;
         let constant = across * across - cos * cos;
-        let discriminant = half_linear * half_linear - quadratic * constant;
+        // half_linear² − quadratic·constant, multiplied out: for a cone of 90° (cos = 6e-17) the difference itself is
+        // rounding noise, and a double root would be lost.
+        let discriminant = cos * cos * (along * along + across * across - cos * cos);
         let mut roots = [f64::NAN; 2];
         if discriminant >= 0.0 {
             // The root that adds, and the other one by Vieta: no cancellation.
             let q = -(half_linear + discriminant.sqrt().copysign(half_linear));
             roots = [q / quadratic, constant / q];
         }
-        roots.into_iter().filter_map(move |y| {
-            let same_sign = (along * y + across) * cos >= 0.0;
-            (y.is_finite() && same_sign).then_some(ray.closest + y * h)
-        })
+        // Squaring also finds where the cosine passes −cos. A cut there does no harm, and to tell the two apart by a
+        // sign would be rounding noise for a cone of 90°.
+        roots.into_iter().filter(|y| y.is_finite()).map(move |y| ray.closest + y * h)
     }
 }
 
@@ -311,8 +311,8 @@ const WEIGHTS: [f64; POINTS] = [
     0.066_671_344_308_688_14,
 ];
 
-/// The airlight integral without phase function and cone, `∫ₐᵇ exp(−σ(t+d))/d² dt`: what the closed forms of
-/// 5-algorithm-notes.md, section 1.2, are about. For tests and for isotropic media.
+/// The airlight integral without phase function and cone, `∫ₐᵇ exp(−σ(t+d))/d² dt`: what the closed forms by the
+/// exponential integral are about. For tests and for isotropic media.
 pub fn airlight(sigma: f64, ray: LampRay, a: f64, b: f64) -> f64 {
     let Ok(medium) = Medium::homogeneous([sigma; 3], [0.0; 3], Phase::Isotropic) else { return f64::NAN };
     if sigma > 0.0 {
@@ -334,7 +334,7 @@ mod tests {
 
     #[test]
     fn the_published_values_come_out() {
-        // 5-algorithm-notes.md, section 4: K = ∫ e^(−σ(x+d))/d² dx for (σ, D, angle, a, b).
+        // K = ∫ e^(−σ(x+d))/d² dx for (σ, D, angle, a, b).
         let cases: [(f64, f64, f64, f64, f64, f64); 9] = [
             (0.1, 10.0, 0.5, 0.0, 20.0, 0.110_030_205_1),
             (1.0, 10.0, 0.5, 0.0, 20.0, 3.241_860_946e-6),
@@ -392,7 +392,7 @@ mod tests {
         assert!(((parts - whole) / whole).abs().max_element() < 1e-12, "{parts} {whole}");
     }
 
-    /// `∫ₐᵇ` by the midpoint rule in t of the integrand as 1-model.md writes it: slow, and independent.
+    /// `∫ₐᵇ` by the midpoint rule in t of the integrand as MODEL.md writes it: slow, and independent.
     fn midpoint(
         light: &crate::Light,
         medium: &Medium,

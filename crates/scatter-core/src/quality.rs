@@ -1,4 +1,4 @@
-//! Quality levels: the errors at which techniques are compared (1-model.md, Error figures).
+//! Quality levels: the errors at which techniques are compared (MODEL.md, Error figures).
 
 use std::fmt;
 use std::str::FromStr;

@@ -1,4 +1,4 @@
-//! What a frame requires, found in one cheap pass, so that a technique models nothing else (2-architecture.md).
+//! What a frame requires, found in one cheap pass, so that a technique models nothing else (ARCHITECTURE.md).
 
 use crate::frame::Frame;
 use crate::light::Light;

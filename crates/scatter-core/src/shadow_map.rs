@@ -3,7 +3,7 @@
 //! One [`MapProjection`] serves orthographic maps (sun, cascade), perspective ones (spot) and each face of a cube
 //! (point light): three affine rows that turn a world point into texel coordinates and a depth that is **linear
 //! along the light's axis**. Texels are half-open, row 0 on top; a point is lit if and only if its depth is ≤ the
-//! stored one; outside of the map nothing is shadowed (1-model.md, Conventions).
+//! stored one; outside of the map nothing is shadowed (MODEL.md, Conventions).
 
 use glam::{DMat4, DVec3, DVec4};
 

@@ -1,6 +1,6 @@
 //! One lit interval of a view ray under a directional light: `∫ₐᵇ e^{−σt} dt`, in f64 and in f32.
 //!
-//! `e^{−σa}·(b−a)·φ(σ(b−a))` with `φ(x) = −expm1(−x)/x`, φ(0) = 1 (1-model.md, Closed forms): exact for σ → 0,
+//! `e^{−σa}·(b−a)·φ(σ(b−a))` with `φ(x) = −expm1(−x)/x`, φ(0) = 1 (MODEL.md): exact for σ → 0,
 //! σ·D ≫ 1 and b = ∞. Two large antiderivatives are never subtracted.
 
 /// `∫ₐᵇ e^{−σt} dt` for 0 ≤ a ≤ b ≤ ∞ and σ ≥ 0, to a few ulp. Infinite only where σ = 0 and b = ∞.
@@ -47,7 +47,7 @@ pub fn sun_interval_f32(sigma: f32, a: f32, b: f32) -> f32 {
 /// `eˣ` for x ≤ 88 by `2ⁿ·P₆(r)`; 0 below −87.3 (no denormals), relative error ≤ 2.5e-7.
 ///
 /// The rounding is an addition of 1.5·2²³ rather than a cast: Rust's float casts saturate, which keeps compilers
-/// from vectorising the loop around them (5-algorithm-notes.md, section 3).
+/// from vectorising the loop around them.
 #[inline]
 pub fn exp_f32(x: f32) -> f32 {
     const ROUND: f32 = 12_582_912.0;
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn extreme_intervals_have_their_analytic_values() {
-        // 5-algorithm-notes.md, section 4, (a) to (j): E = 1, albedo 1, isotropic.
+        // E = 1, albedo 1, isotropic.
         let radiance = |sigma: f64, a: f64, b: f64| sigma * sun_interval(sigma, a, b) * crate::INV_4PI;
         let near = |value: f64, exact: f64| {
             // Five to six digits are printed.

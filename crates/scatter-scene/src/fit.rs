@@ -29,7 +29,7 @@ pub enum FittedMap {
     Cascades(Vec<MapProjection>),
 }
 
-/// Half angle \[radians\] from which on a spot has cube faces: 80° (1-model.md, Conventions).
+/// Half angle \[radians\] from which on a spot has cube faces: 80° (MODEL.md, Conventions).
 const WIDEST_PERSPECTIVE: f64 = 80.0 * std::f64::consts::PI / 180.0;
 /// Share by which a spot's map is wider than its cone: its edge, where the light is 0 anyway, lies inside of the
 /// outermost texels in spite of all rounding, and no texel becomes larger by more than that.

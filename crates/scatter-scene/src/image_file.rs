@@ -88,7 +88,8 @@ pub fn encode_png([width, height]: [u32; 2], rgb: &[u8]) -> io::Result<Vec<u8>> 
     if rgb.len() as u64 != u64::from(width) * u64::from(height) * 3 {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "give three samples a pixel"));
     }
-    image::write_buffer_with_format(&mut png, rgb, width, height, colour, format).map_err(io::Error::other)?;
+    image::write_buffer_with_format(&mut png, rgb, width, height, colour, format)
+        .map_err(io::Error::other)?;
     Ok(png.into_inner())
 }
 

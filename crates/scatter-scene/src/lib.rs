@@ -10,6 +10,8 @@ mod image_file;
 mod load;
 mod maps;
 mod obj;
+#[cfg(feature = "raster")]
+mod raster;
 mod scene;
 mod shot;
 mod truth;
@@ -24,7 +26,12 @@ pub use image_file::{
     write_png,
 };
 pub use load::{MAX_COORDINATE, MAX_POSITIONS, MAX_TRIANGLES, load_scene};
-pub use maps::ShotMaps;
+pub use maps::{MapError, MapSource, ShotMaps};
+#[cfg(feature = "raster")]
+pub use raster::{
+    DeviceChoice, DeviceInfo, DeviceKind, RasterDevice, RasterError, RasterOptions, RasterScene,
+    raster_devices,
+};
 pub use scene::{Scene, SceneCamera, SceneLens, SceneLight, SceneLightKind};
 pub use shot::{OwnedTexture, Shot, ShotLight, load_shot};
 pub use truth::RaycastTruth;

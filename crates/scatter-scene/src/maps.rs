@@ -5,6 +5,45 @@ use scatter_core::{Camera, CubeShadow, DepthMap, Light, MapProjection, ModelErro
 use crate::caster::SceneCaster;
 use crate::fit::{FittedMap, fit_cascades, fit_map};
 
+/// What makes a scene's maps: ray casts ([`SceneCaster`]), or a raster pass (`RasterScene`, cargo feature `raster`).
+///
+/// All sources have the same conventions, and agree but for a rasteriser's grid.
+pub trait MapSource: Sync {
+    /// Fills `out`, `[y][x]`, with distances along the pixels' rays; resizes it.
+    fn depth_map(&self, camera: &Camera, out: &mut Vec<f32>) -> Result<(), MapError>;
+    /// Fills `out`, `[row][column]`, with a shadow map's depths; resizes it.
+    fn shadow_map(&self, projection: &MapProjection, out: &mut Vec<f32>) -> Result<(), MapError>;
+    /// Fills `out`, `[face][row][column]`, with the six faces around `position`; resizes it.
+    fn cube_map(&self, position: [f64; 3], size: u32, out: &mut Vec<f32>) -> Result<(), MapError>;
+}
+
+/// Why a map could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapError {
+    /// The camera, the light or a size. Cure: in the message.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The source itself: a device without memory, say. Cure: in the message.
+    #[error("{0}")]
+    Source(String),
+}
+
+impl MapSource for SceneCaster {
+    fn depth_map(&self, camera: &Camera, out: &mut Vec<f32>) -> Result<(), MapError> {
+        Self::depth_map(self, camera, out);
+        Ok(())
+    }
+
+    fn shadow_map(&self, projection: &MapProjection, out: &mut Vec<f32>) -> Result<(), MapError> {
+        Ok(Self::shadow_map(self, projection, out)?)
+    }
+
+    fn cube_map(&self, position: [f64; 3], size: u32, out: &mut Vec<f32>) -> Result<(), MapError> {
+        Ok(Self::cube_map(self, position, size, out)?)
+    }
+}
+
 /// Depth and shadow texels with their projections; frames borrow them.
 #[derive(Debug, Clone)]
 pub struct ShotMaps {
@@ -24,11 +63,23 @@ impl ShotMaps {
         max_distance: f64,
         map_size: u32,
     ) -> Result<Self, ModelError> {
+        Self::build_from(caster, caster, camera, light, max_distance, map_size).map_err(of_casts)
+    }
+
+    /// As [`Self::build`], with maps made by any source; `caster` holds the same scene, and fits the map.
+    pub fn build_from(
+        source: &dyn MapSource,
+        caster: &SceneCaster,
+        camera: &Camera,
+        light: &Light,
+        max_distance: f64,
+        map_size: u32,
+    ) -> Result<Self, MapError> {
         let mut depth = Vec::new();
-        caster.depth_map(camera, &mut depth);
+        source.depth_map(camera, &mut depth)?;
         let fitted =
             fit_map(caster, camera, DepthMap::new(&depth, camera.size())?, light, max_distance, map_size)?;
-        Self::with_shadow(caster, camera, depth, fitted)
+        Self::with_shadow(source, camera, depth, fitted)
     }
 
     /// As [`Self::build`], with `count` cascades for a directional light (1 to 16); other lights have none, and get
@@ -41,36 +92,52 @@ impl ShotMaps {
         map_size: u32,
         count: u32,
     ) -> Result<Self, ModelError> {
+        Self::build_cascaded_from(caster, caster, camera, light, max_distance, map_size, count)
+            .map_err(of_casts)
+    }
+
+    /// As [`Self::build_cascaded`], with maps made by any source.
+    pub fn build_cascaded_from(
+        source: &dyn MapSource,
+        caster: &SceneCaster,
+        camera: &Camera,
+        light: &Light,
+        max_distance: f64,
+        map_size: u32,
+        count: u32,
+    ) -> Result<Self, MapError> {
         let Light::Directional(sun) = light else {
-            return Self::build(caster, camera, light, max_distance, map_size);
+            return Self::build_from(source, caster, camera, light, max_distance, map_size);
         };
         if !(1..=16).contains(&count) {
             let field = "cascade count".to_string();
-            return Err(ModelError::OutOfRange { field, value: count.into(), range: "1 to 16 cascades" });
+            return Err(
+                ModelError::OutOfRange { field, value: count.into(), range: "1 to 16 cascades" }.into()
+            );
         }
         let mut depth = Vec::new();
-        caster.depth_map(camera, &mut depth);
+        source.depth_map(camera, &mut depth)?;
         let map = DepthMap::new(&depth, camera.size())?;
         let fitted = fit_cascades(caster, camera, map, sun.direction(), max_distance, map_size, count)?;
-        Self::with_shadow(caster, camera, depth, fitted)
+        Self::with_shadow(source, camera, depth, fitted)
     }
 
     fn with_shadow(
-        caster: &SceneCaster,
+        source: &dyn MapSource,
         camera: &Camera,
         depth: Vec<f32>,
         fitted: FittedMap,
-    ) -> Result<Self, ModelError> {
+    ) -> Result<Self, MapError> {
         let mut shadow = Vec::new();
         match &fitted {
             FittedMap::Orthographic(projection) | FittedMap::Perspective(projection) => {
-                caster.shadow_map(projection, &mut shadow)?;
+                source.shadow_map(projection, &mut shadow)?;
             }
-            FittedMap::Cube { position, size } => caster.cube_map(*position, *size, &mut shadow)?,
+            FittedMap::Cube { position, size } => source.cube_map(*position, *size, &mut shadow)?,
             FittedMap::Cascades(projections) => {
                 let mut layer = Vec::new();
                 for projection in projections {
-                    caster.shadow_map(projection, &mut layer)?;
+                    source.shadow_map(projection, &mut layer)?;
                     shadow.extend_from_slice(&layer);
                 }
             }
@@ -128,5 +195,13 @@ impl ShotMaps {
     /// Bytes held.
     pub fn memory_bytes(&self) -> u64 {
         ((self.depth.capacity() + self.shadow.capacity()) * size_of::<f32>()) as u64
+    }
+}
+
+/// The error of a source that is made of ray casts: nothing but the model can be wrong.
+fn of_casts(error: MapError) -> ModelError {
+    match error {
+        MapError::Model(error) => error,
+        MapError::Source(message) => ModelError::Mismatch(message),
     }
 }

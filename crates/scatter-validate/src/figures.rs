@@ -1,4 +1,4 @@
-//! The error figures of a test image against a reference (1-model.md, "Error figures").
+//! The error figures of a test image against a reference (MODEL.md, "Error figures").
 //!
 //! m is the mean of |R| over all pixels and channels. Values that are not finite are counted and left out of the
 //! other figures, so that the picture around a NaN is still judged; a verdict fails on the count alone.

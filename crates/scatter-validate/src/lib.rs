@@ -11,9 +11,11 @@ pub mod staged_shot;
 
 pub mod measure;
 
+pub mod baseline;
 pub mod figures;
 pub mod matrix;
 pub mod step_search;
+pub mod survey;
 pub mod tolerance;
 
 pub mod machine;
@@ -21,11 +23,13 @@ pub mod report;
 pub mod row;
 pub mod table;
 
+pub use baseline::Baseline;
 pub use figures::{CompareError, Figures, Labelled, compare};
 pub use machine::Machine;
 pub use matrix::{Matrix, MatrixError, Pictures, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, Settings, ShotResult};
 pub use row::{Document, Errors, Row, Verdict};
 pub use staged_shot::{StageError, StagedShot};
 pub use step_search::StepSearch;
+pub use survey::{Survey, survey};
 pub use table::table;
 pub use tolerance::{ToleranceError, Tolerances};

@@ -1,10 +1,11 @@
 //! The technique × shot matrix, a shot at a time: maps once, both truths once, then each technique at its level.
 
 use scatter_core::{OptionError, Quality, Target, Technique, VolumetricShadow};
-use scatter_scene::{RadianceImage, RaycastTruth, Shot};
+use scatter_scene::{RadianceImage, RasterDevice, RaycastTruth, Shot};
 
 use raymarch_ref::ShadowMapWalk;
 
+use crate::baseline::Baseline;
 use crate::figures::{CompareError, Figures, Labelled, compare};
 use crate::measure::{Measurement, Outcome, Renderer, measure};
 use crate::row::{Errors, Row, Verdict};
@@ -25,8 +26,9 @@ pub struct Matrix<'a> {
     pub map_row: bool,
     /// Whether ray-cast truth gets a row: for its time.
     pub raycast_row: bool,
-    /// The technique whose time at the same level the others' times are divided into.
-    pub baseline: Option<&'a dyn Technique>,
+    /// Whose time at the same level the others' times are divided into; it runs at the cheapest setting that
+    /// reaches the level.
+    pub baseline: Option<Baseline<'a>>,
     /// How the techniques are run.
     pub settings: Settings,
     /// What they must keep.
@@ -42,6 +44,8 @@ pub struct Settings {
     pub overrides: Vec<(String, String)>,
     /// Texels along a side of the shadow map.
     pub map_size: u32,
+    /// Draws the maps; rays make them where there is none.
+    pub raster: Option<RasterDevice>,
     /// Timed runs.
     pub repeat: u32,
     /// Threads of the pool that all this runs in (for the rows).
@@ -80,6 +84,14 @@ pub enum MatrixError {
     /// An option that a technique does not take.
     #[error(transparent)]
     Option(#[from] OptionError),
+    /// A baseline that cannot do a shot.
+    #[error("{shot}: the baseline cannot do it: {reason}")]
+    Baseline {
+        /// The shot.
+        shot: String,
+        /// The assumption that the shot breaks.
+        reason: &'static str,
+    },
     /// Images that cannot be compared.
     #[error("{shot}: {source}")]
     Compare {
@@ -94,7 +106,7 @@ impl Matrix<'_> {
     /// Measures every technique on one shot. `progress` is told what comes next.
     pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotResult, MatrixError> {
         progress(&format!("{}: maps", shot.name));
-        let shot = StagedShot::new(shot, self.settings.map_size)?;
+        let shot = StagedShot::with_source(shot, self.settings.map_size, self.settings.raster.as_ref())?;
         progress(&format!("{}: {SHADOW_MAP_TRUTH}", shot.name()));
         let map_truth = shadow_map_truth(&shot, 1)?;
         progress(&format!("{}: {RAYCAST_TRUTH}", shot.name()));
@@ -127,7 +139,8 @@ impl Matrix<'_> {
         for &technique in &self.techniques {
             let id = technique.info().id;
             progress(&format!("{}: {id}", shot.name()));
-            let measurement = match self.measured(technique, &shot)? {
+            let options = self.options_of(technique, &shot, &map_truth)?;
+            let measurement = match self.measured(technique, &options, &shot)? {
                 Outcome::Measured(measurement) => measurement,
                 Outcome::Unsupported(unsupported) => {
                     rows.push(self.unsupported_row(&shot, id, unsupported.reason));
@@ -139,7 +152,7 @@ impl Matrix<'_> {
                 raycast: Some(against(&shot, (RAYCAST_TRUTH, &ray_truth), (id, &measurement))?),
             };
             let mut row = row(&shot, id, &measurement, &self.settings, errors);
-            row.options = self.overrides_of(technique).map(|(k, v)| (k.into(), v.into())).collect();
+            row.options = options.into_iter().collect();
             row.level = Some(self.settings.quality.to_string());
             row.verdict = Some(self.verdict(&row));
             if self.is_baseline(id) {
@@ -150,11 +163,12 @@ impl Matrix<'_> {
         }
         // The baseline is run for its time alone where it has no row of its own.
         if baseline_ms.is_none()
-            && let Some(baseline) = self.baseline
+            && let Some(Baseline { technique: baseline, .. }) = self.baseline
             && !techniques.is_empty()
         {
             progress(&format!("{}: {} for its time", shot.name(), baseline.info().id));
-            if let Outcome::Measured(measurement) = self.measured(baseline, &shot)? {
+            let options = self.options_of(baseline, &shot, &map_truth)?;
+            if let Outcome::Measured(measurement) = self.measured(baseline, &options, &shot)? {
                 baseline_ms = measurement.time_ms.get("total").copied();
             }
         }
@@ -170,11 +184,35 @@ impl Matrix<'_> {
         Ok(ShotResult { rows, pictures })
     }
 
-    fn measured(&self, technique: &dyn Technique, shot: &StagedShot) -> Result<Outcome, MatrixError> {
-        let overrides: Vec<_> = self.overrides_of(technique).collect();
+    fn measured(
+        &self,
+        technique: &dyn Technique,
+        options: &[(String, String)],
+        shot: &StagedShot,
+    ) -> Result<Outcome, MatrixError> {
+        let overrides: Vec<_> = options.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
         let target = Target::Quality(self.settings.quality);
         let mut renderer = Renderer::configured(technique, target, &overrides, shot)??;
         Ok(measure(shot, &mut renderer, self.settings.repeat)?)
+    }
+
+    /// The options by hand, and the baseline's cheapest step count where it is not given by hand.
+    fn options_of(
+        &self,
+        technique: &dyn Technique,
+        shot: &StagedShot,
+        truth: &Measurement,
+    ) -> Result<Vec<(String, String)>, MatrixError> {
+        let by_hand: Vec<_> = self.overrides_of(technique).collect();
+        let mut options: Vec<_> = by_hand.iter().map(|&(key, value)| (key.into(), value.into())).collect();
+        let baseline = self.baseline.filter(|baseline| baseline.technique.info().id == technique.info().id);
+        if let Some(baseline) =
+            baseline.filter(|baseline| by_hand.iter().all(|(key, _)| *key != baseline.knob))
+        {
+            let [steps] = baseline.cheapest([self.settings.quality], shot, truth, &by_hand)?;
+            options.push((baseline.knob.into(), steps.unwrap_or(baseline.most).to_string()));
+        }
+        Ok(options)
     }
 
     /// The options by hand that the technique has.
@@ -185,7 +223,7 @@ impl Matrix<'_> {
     }
 
     fn is_baseline(&self, id: &str) -> bool {
-        self.baseline.is_some_and(|baseline| baseline.info().id == id)
+        self.baseline.is_some_and(|baseline| baseline.technique.info().id == id)
     }
 
     fn verdict(&self, row: &Row) -> Verdict {

@@ -4,9 +4,12 @@ use std::time::Instant;
 
 use scatter_core::{
     Camera, DepthMap, Frame, Light, Medium, ModelError, Projection, RenderError, SceneFacts, ShadowMap,
-    Window,
+    ShadowMapSource, Window,
 };
-use scatter_scene::{CasterError, OwnedTexture, SceneCaster, Shot, ShotMaps};
+use scatter_scene::{
+    CasterError, MapError, MapSource, OwnedTexture, RasterDevice, RasterError, RasterScene, SceneCaster,
+    Shot, ShotMaps,
+};
 
 /// A shot whose maps are made.
 #[derive(Debug)]
@@ -17,6 +20,8 @@ pub struct StagedShot {
     max_distance: f64,
     lights: Vec<StagedLight>,
     caster: SceneCaster,
+    /// The same triangles on a device, where that makes the maps.
+    raster: Option<RasterScene>,
     map_size: u32,
     maps_ms: f64,
 }
@@ -49,6 +54,22 @@ pub enum StageError {
         /// What is wrong, and the cure.
         source: CasterError,
     },
+    /// Its maps cannot be made.
+    #[error("{shot}: {source}")]
+    Maps {
+        /// The shot.
+        shot: String,
+        /// What is wrong, and the cure.
+        source: MapError,
+    },
+    /// Its triangles do not fit the device.
+    #[error("{shot}: {source}")]
+    Raster {
+        /// The shot.
+        shot: String,
+        /// What is wrong, and the cure.
+        source: RasterError,
+    },
     /// A technique gave up on it.
     #[error("{shot}: {method}: {source}")]
     Render {
@@ -64,22 +85,36 @@ pub enum StageError {
 impl StagedShot {
     /// Builds the caster, drops the loaded mesh and casts depth and shadow maps of `map_size` texels a side.
     pub fn new(shot: Shot, map_size: u32) -> Result<Self, StageError> {
+        Self::with_source(shot, map_size, None)
+    }
+
+    /// As [`Self::new`]; where there is a device, it draws the maps, and those that techniques ask for.
+    pub fn with_source(shot: Shot, map_size: u32, device: Option<&RasterDevice>) -> Result<Self, StageError> {
         let Shot { name, camera, lights, medium, max_distance, scene, .. } = shot;
         let caster =
             SceneCaster::new(&scene).map_err(|source| StageError::Caster { shot: name.clone(), source })?;
         // The caster has its own welded copy; a large scene must not be held twice.
         drop(scene);
+        let raster = device
+            .map(|device| RasterScene::new(device, &caster))
+            .transpose()
+            .map_err(|source| StageError::Raster { shot: name.clone(), source })?;
+        let source: &dyn MapSource = match &raster {
+            Some(raster) => raster,
+            None => &caster,
+        };
         let start = Instant::now();
         let lights = lights
             .into_iter()
             .map(|part| {
-                let maps = ShotMaps::build(&caster, &camera, &part.light, max_distance, map_size)
-                    .map_err(|source| StageError::Model { shot: name.clone(), source })?;
+                let maps =
+                    ShotMaps::build_from(source, &caster, &camera, &part.light, max_distance, map_size)
+                        .map_err(|source| StageError::Maps { shot: name.clone(), source })?;
                 Ok(StagedLight { light: part.light, texture: part.texture, maps: Some(maps) })
             })
             .collect::<Result<Vec<_>, StageError>>()?;
         let maps_ms = start.elapsed().as_secs_f64() * 1e3;
-        Ok(Self { name, camera, medium, max_distance, lights, caster, map_size, maps_ms })
+        Ok(Self { name, camera, medium, max_distance, lights, caster, raster, map_size, maps_ms })
     }
 
     /// The shot's name.
@@ -140,7 +175,10 @@ impl StagedShot {
         };
         let frame = Frame::new(camera, depth, &part.light, &shadow, &self.medium, self.max_distance)
             .map_err(wrong)?
-            .with_shadow_source(&self.caster);
+            .with_shadow_source(match &self.raster {
+                Some(raster) => raster,
+                None => &self.caster as &dyn ShadowMapSource,
+            });
         Ok(match &texture {
             Some(texture) => visit(&frame.with_texture(texture)),
             None => visit(&frame),

@@ -1,6 +1,6 @@
 //! The cheapest step count with which a marcher reaches a quality level, by bisection to within 10 %.
 //!
-//! "Reaches" is 1-model.md's: p99 and relative RMSE against shadow-map truth both within the level, nothing
+//! "Reaches" is MODEL.md's: p99 and relative RMSE against shadow-map truth both within the level, nothing
 //! non-finite. The error of a marcher falls with its steps, but not monotonically: what is found is a step count
 //! that reaches the level next to one, at most 10 % smaller, that does not.
 
@@ -62,7 +62,7 @@ impl<E, F: FnMut(u32) -> Result<Figures, E>> StepSearch<F> {
 
 /// Steps of the first try: fewer reach a level on open terrain alone, and cost next to nothing to find.
 const FIRST_TRY: u32 = 16;
-/// How close the bracket gets: 1-model.md asks for within 10 %.
+/// How close the bracket gets: MODEL.md asks for within 10 %.
 const CLOSENESS: f64 = 1.1;
 
 #[cfg(test)]

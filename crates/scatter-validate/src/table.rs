@@ -34,16 +34,16 @@ pub fn table(rows: &[Row]) -> String {
 }
 
 const COLUMNS: usize = 10;
-/// Names of the columns. `map` stands for shadow-map truth, `ray` for ray-cast truth.
+/// Names of the columns, with units. Errors are against shadow-map truth, `/ray` against ray-cast truth.
 const HEADER: [&str; COLUMNS] = [
     "shot",
     "method",
     "time ms",
     "ratio",
-    "rel_rmse/map",
-    "p99/map",
-    "bias/map",
-    "rel_rmse/ray",
+    "rel_rmse %",
+    "p99 %",
+    "bias %",
+    "rmse/ray %",
     "non-fin",
     "verdict",
 ];
@@ -56,7 +56,7 @@ fn cells(row: &Row) -> [String; COLUMNS] {
     let is_unsupported = matches!(row.verdict, Some(Verdict::Unsupported(_)));
     [
         row.shot.clone(),
-        row.method.clone(),
+        method(row),
         if is_unsupported { "-".into() } else { milliseconds(row.total_ms()) },
         row.ratio.map_or_else(|| "-".into(), |ratio| format!("{ratio:.2}")),
         of(row.errors.shadow_map, |f| f.rel_rmse),
@@ -73,6 +73,11 @@ fn cells(row: &Row) -> [String; COLUMNS] {
     ]
 }
 
+/// The method with the options that it ran with, where they were not its own choice.
+fn method(row: &Row) -> String {
+    row.options.iter().fold(row.method.clone(), |text, (key, value)| format!("{text} {key}={value}"))
+}
+
 fn push_line(text: &mut String, cells: &[String; COLUMNS], widths: &[usize; COLUMNS]) {
     let mut line = String::new();
     for (column, (cell, &width)) in cells.iter().zip(widths).enumerate() {
@@ -84,20 +89,20 @@ fn push_line(text: &mut String, cells: &[String; COLUMNS], widths: &[usize; COLU
     text.push('\n');
 }
 
-/// A fraction in percent, three digits.
-pub(crate) fn percent(fraction: f64) -> String {
+/// A fraction as a number of percent, three digits.
+fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     match percent.abs() {
-        _ if percent == 0.0 => "0 %".into(),
-        size if size < 0.001 || size >= 1e5 => format!("{percent:.1e} %"),
-        size if size < 0.1 => format!("{percent:.4} %"),
-        size if size < 10.0 => format!("{percent:.2} %"),
-        _ => format!("{percent:.1} %"),
+        _ if percent == 0.0 => "0".into(),
+        size if !(0.001..1e5).contains(&size) => format!("{percent:.1e}"),
+        size if size < 0.1 => format!("{percent:.4}"),
+        size if size < 10.0 => format!("{percent:.2}"),
+        _ => format!("{percent:.1}"),
     }
 }
 
 /// Milliseconds, three digits.
-pub(crate) fn milliseconds(time: f64) -> String {
+fn milliseconds(time: f64) -> String {
     if time < 10.0 {
         format!("{time:.2}")
     } else if time < 100.0 {
@@ -114,25 +119,26 @@ mod tests {
 
     #[test]
     fn columns_are_aligned_and_the_widest_line_fits() {
-        let mut long = row("a-technique-of-28-characters", "sibenik-clerestory");
+        // As long as names of shots and methods are.
+        let mut long = row("truth-height-field", "sibenik-clerestory");
         long.errors.shadow_map = Some(figures(123.456, 1e9));
-        long.errors.raycast = Some(figures(1e-9, 0.0));
-        long.ratio = Some(1234.56);
+        long.errors.raycast = Some(figures(123.456, 0.0));
+        long.ratio = Some(123.456);
         long.verdict = Some(Verdict::Unsupported("a reason".into()));
         let rows = [row("raymarch", "nave"), long];
         let text = table(&rows);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 4);
-        assert_eq!(lines[3], "unsupported: a-technique-of-28-characters on sibenik-clerestory: a reason");
+        assert_eq!(lines[3], "unsupported: truth-height-field on sibenik-clerestory: a reason");
         let columns: Vec<usize> = lines[..3].iter().map(|line| line.chars().count()).collect();
-        assert!(columns.iter().all(|&width| width <= 130), "{columns:?}");
+        assert!(columns.iter().all(|&width| width <= 120), "{columns:?}");
         let method = lines[0].find("method").unwrap();
-        assert!(lines[1][method..].starts_with("raymarch") && lines[2][method..].starts_with("a-technique"));
+        assert!(lines[1][method..].starts_with("raymarch") && lines[2][method..].starts_with("truth-height"));
     }
 
     #[test]
     fn percentages_keep_three_digits_at_every_size() {
         let text = [0.0, 1e-7, 1.234e-4, 0.034_56, 0.5, 12.3].map(percent);
-        assert_eq!(text, ["0 %", "1.0e-5 %", "0.0123 %", "3.46 %", "50.0 %", "1230.0 %"]);
+        assert_eq!(text, ["0", "1.0e-5", "0.0123", "3.46", "50.0", "1230.0"]);
     }
 }

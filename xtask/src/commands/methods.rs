@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use scatter::{TECHNIQUES, TechniqueInfo};
+use scatter_scene::raster_devices;
 use scatter_validate::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 use serde_json::{Value, json};
 
@@ -33,8 +34,26 @@ pub fn run(flags: &Methods) -> anyhow::Result<Verdict> {
     for info in infos() {
         describe(&mut text, info);
     }
+    text.push_str(&devices());
     print(&text)?;
     Ok(Verdict::Well)
+}
+
+/// What `--shadow-source raster` can run on.
+fn devices() -> String {
+    let mut text = String::from("--shadow-source raster\n");
+    match raster_devices() {
+        Ok(devices) => {
+            for (index, device) in devices.iter().enumerate() {
+                let lacks = device.lacks.as_ref().map_or(String::new(), |lacks| format!("; {lacks}"));
+                let _ = writeln!(text, "  --vulkan-device {index}  {device}{lacks}");
+            }
+        }
+        Err(error) => {
+            let _ = writeln!(text, "  {error}");
+        }
+    }
+    text
 }
 
 fn document(info: &TechniqueInfo) -> Value {

@@ -8,6 +8,7 @@ use scatter::Target;
 use scatter_scene::{RaycastTruth, write_exr, write_png};
 use scatter_validate::matrix::{against, raycast_truth, row, shadow_map_truth};
 use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
+use scatter_validate::report::exposure;
 use scatter_validate::{Errors, RAYCAST_TRUTH, Row, SHADOW_MAP_TRUTH, Settings, StagedShot};
 
 use crate::Verdict;
@@ -15,12 +16,11 @@ use crate::flags::{CompareWith, Render};
 use crate::output::{check_writable, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{BASELINE, Method, at_size, check_options, check_source, map_size, method, shot};
+use crate::select::{BASELINE, Method, at_size, check_options, map_size, method, raster_device, shot};
 
 /// Renders, writes, prints.
 pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
     let rendering = &flags.rendering;
-    check_source(rendering)?;
     let id = match rendering.methods.as_slice() {
         [] => BASELINE,
         [id] => id.as_str(),
@@ -40,6 +40,7 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
     for path in [&flags.out, &flags.png].into_iter().flatten() {
         check_writable(path)?;
     }
+    let raster = raster_device(rendering)?;
     let source = shot(&flags.shot)?;
     let progress = Progress::new(None, false);
     let (row, notes) = in_pool(rendering.threads, |threads| {
@@ -50,6 +51,7 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
             quality: rendering.quality,
             overrides: rendering.set.clone(),
             map_size: map_size(rendering),
+            raster,
             repeat: rendering.repeat,
             threads,
         };
@@ -77,14 +79,14 @@ fn render(
     progress: &Progress,
 ) -> anyhow::Result<Row> {
     progress.stage(&format!("{}: maps", shot.name));
-    let mut shot = StagedShot::new(shot, settings.map_size)?;
+    let mut shot = StagedShot::with_source(shot, settings.map_size, settings.raster.as_ref())?;
     progress.stage(&format!("{}: {id}", shot.name()));
     let measurement = rendered(method, &shot, settings)?;
     if let Some(path) = &flags.out {
         write_exr(path, &measurement.image)?;
     }
     if let Some(path) = &flags.png {
-        write_png(path, &measurement.image, exposure(&measurement.image.pixels))?;
+        write_png(path, &measurement.image, exposure(&measurement.image) as f32)?;
     }
     let wants = |truth: CompareWith, truth_id: &str| match flags.compare {
         // An image is not compared with itself; asked for by name, that is an error.
@@ -131,13 +133,6 @@ fn rendered(method: Method, shot: &StagedShot, settings: &Settings) -> anyhow::R
             bail!("{}: {unsupported}; choose another technique with --method", shot.name())
         }
     }
-}
-
-/// The exposure at which the mean of what is lit becomes a middle grey: `1 − exp(−mean·exposure) = 0.3`.
-fn exposure(pixels: &[[f32; 3]]) -> f32 {
-    let lit = || pixels.iter().flatten().map(|&v| f64::from(v)).filter(|v| v.is_finite() && *v > 0.0);
-    let count = lit().count();
-    if count == 0 { 1.0 } else { (-(0.7f64.ln()) * count as f64 / lit().sum::<f64>()) as f32 }
 }
 
 fn summary(row: &Row) -> String {

@@ -1,11 +1,13 @@
-//! `shots`: what each shot is there to show; `--export` writes the built-in ones as files.
+//! `shots`: what each shot is there to show, how much of it is lit, how often a ray changes, and on request the
+//! marcher's steps to each quality level; `--export` writes the built-in ones as files.
 
 use std::fmt::Write;
 
-use scatter::{Camera, Light};
+use scatter::{Camera, Light, Quality};
 use scatter_scene::{BuiltinShot, Shot, builtin_shots, export};
-use scatter_validate::StagedShot;
+use scatter_validate::matrix::shadow_map_truth;
 use scatter_validate::staged_shot::resized;
+use scatter_validate::{StagedShot, Survey, survey};
 use serde::Serialize;
 
 use crate::Verdict;
@@ -13,7 +15,7 @@ use crate::flags::Shots;
 use crate::output::{check_folder, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{ShotSource, shots};
+use crate::select::{MAP_SIZE, ShotSource, baseline, shots};
 
 /// What is said of a shot.
 #[derive(Debug, Serialize)]
@@ -25,10 +27,17 @@ struct ShotEntry {
     /// Largest σt times the longest ray.
     optical_depth: f64,
     resolution: [u32; 2],
+    #[serde(flatten)]
+    survey: Survey,
+    /// The marcher's steps to preview, game and film; a null where its most steps do not reach the level.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    steps: Option<[Option<u32>; 3]>,
 }
 
-/// Image width and shadow map at which rays are looked at: the longest ray needs no more.
+/// Longest side of the image whose rays are surveyed: ten thousand rays give a share to a percent.
 const SURVEY_SIDE: u32 = 160;
+/// Side of the shadow map that they are surveyed with: a share does not need more, thin transitions do.
+const SURVEY_MAP: u32 = 1024;
 
 /// Lists shots, or writes them.
 pub fn run(flags: &Shots) -> anyhow::Result<Verdict> {
@@ -54,7 +63,7 @@ pub fn run(flags: &Shots) -> anyhow::Result<Verdict> {
     let mut entries = Vec::new();
     for source in &sources {
         progress.stage(&source.label());
-        entries.push(in_pool(None, |_| entry(source))??);
+        entries.push(in_pool(None, |_| entry(source, flags))??);
         progress.step();
     }
     drop(progress);
@@ -66,23 +75,38 @@ pub fn run(flags: &Shots) -> anyhow::Result<Verdict> {
     Ok(Verdict::Well)
 }
 
-fn entry(source: &ShotSource) -> anyhow::Result<ShotEntry> {
+fn entry(source: &ShotSource, flags: &Shots) -> anyhow::Result<ShotEntry> {
     let mut shot: Shot = source.load()?;
     let triangles = shot.scene.triangles.len();
     let lights = shot.lights.iter().map(|part| kind(&part.light)).collect();
     let resolution = shot.camera.size();
+    let name = shot.name.clone();
+    let steps = match flags.steps {
+        true => Some(steps_to_levels(shot.clone(), flags.shadow_map.unwrap_or(MAP_SIZE[0]))?),
+        false => None,
+    };
     let longest = resolution[0].max(resolution[1]);
     let small = resolution.map(|side| (side * SURVEY_SIDE / longest.max(SURVEY_SIDE)).max(1));
     let camera: Camera = resized(&shot.camera, small)?;
     shot.camera = camera;
-    let name = shot.name.clone();
-    let staged = StagedShot::new(shot, SURVEY_SIDE)?;
+    let staged = StagedShot::new(shot, SURVEY_MAP)?;
     let optical_depth = staged.facts()?.iter().map(|facts| facts.max_optical_depth).fold(0.0, f64::max);
     let shows = match source {
         ShotSource::BuiltIn(shot) => Some(shot.shows),
         ShotSource::File(_) => None,
     };
-    Ok(ShotEntry { name, shows, triangles, lights, optical_depth, resolution })
+    let survey = survey(&staged)?;
+    Ok(ShotEntry { name, shows, triangles, lights, optical_depth, resolution, survey, steps })
+}
+
+/// At the shot's own size.
+fn steps_to_levels(shot: Shot, map_size: u32) -> anyhow::Result<[Option<u32>; 3]> {
+    let staged = StagedShot::new(shot, map_size)?;
+    let truth = shadow_map_truth(&staged, 1)?;
+    match baseline() {
+        Some(baseline) => Ok(baseline.cheapest(Quality::ALL, &staged, &truth, &[])?),
+        None => Ok([None; 3]),
+    }
 }
 
 fn kind(light: &Light) -> &'static str {
@@ -96,20 +120,36 @@ fn kind(light: &Light) -> &'static str {
 fn listing(entries: &[ShotEntry]) -> String {
     let widest = entries.iter().map(|entry| entry.name.chars().count()).max().unwrap_or(0).max(4);
     let mut text = String::new();
-    let _ = writeln!(
+    let with_steps = entries.iter().any(|entry| entry.steps.is_some());
+    let _ = write!(
         text,
-        "{:<widest$}  {:>9}  {:<12}  {:>8}  {:<10}  shows",
-        "shot", "triangles", "light", "max σt·D", "size"
+        "{:<widest$}  {:>9}  {:<12}  {:>8}  {:>6}  {:>8}  {:>5}  ",
+        "shot", "triangles", "light", "max σt·D", "lit %", "T mean", "T p90"
     );
-    for entry in entries {
-        let ShotEntry { name, triangles, optical_depth, resolution: [w, h], .. } = entry;
-        let lights = entry.lights.join("+");
-        let shows = entry.shows.unwrap_or("-");
-        let size = format!("{w}x{h}");
-        let _ = writeln!(
-            text,
-            "{name:<widest$}  {triangles:>9}  {lights:<12}  {optical_depth:>8.3}  {size:<10}  {shows}"
-        );
+    if with_steps {
+        let _ = write!(text, "{:>8}  {:>6}  {:>6}  ", "preview", "game", "film");
     }
+    text.push_str("shows\n");
+    for entry in entries {
+        let ShotEntry { name, triangles, optical_depth, survey, .. } = entry;
+        let lights = entry.lights.join("+");
+        let _ = write!(
+            text,
+            "{name:<widest$}  {triangles:>9}  {lights:<12}  {optical_depth:>8.3}  {:>6.1}  {:>8.2}  {:>5}  ",
+            100.0 * survey.lit_share,
+            survey.transitions_mean,
+            survey.transitions_p90
+        );
+        for (steps, width) in entry.steps.iter().flatten().zip([8, 6, 6]) {
+            let steps = steps.map_or_else(|| "-".to_string(), |steps| steps.to_string());
+            let _ = write!(text, "{steps:>width$}  ");
+        }
+        let _ = writeln!(text, "{}", entry.shows.unwrap_or("-"));
+    }
+    text.push_str("\nlit: lit share of all rays' length; T: changes between light and shadow along a ray");
+    if with_steps {
+        text.push_str("; preview, game, film: the marcher's steps to 10, 3 and 1 %");
+    }
+    text.push('\n');
     text
 }

@@ -13,12 +13,12 @@ use crate::flags::Validate;
 use crate::output::{check_folder, print, print_json, stderr_line, write_text};
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{Method, at_size, baseline, check_options, check_source, map_size, method, shots};
+use crate::select::{Method, at_size, baseline, check_options, map_size, method, raster_device, shots};
 
 /// Measures, prints and judges.
 pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     let rendering = &flags.rendering;
-    check_source(rendering)?;
+    let raster = raster_device(rendering)?;
     let methods = rendering.methods.iter().map(|id| method(id)).collect::<anyhow::Result<Vec<Method>>>()?;
     let techniques: Vec<&dyn Technique> = if methods.is_empty() {
         TECHNIQUES.to_vec()
@@ -46,6 +46,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
             quality: rendering.quality,
             overrides: rendering.set.clone(),
             map_size: map_size(rendering),
+            raster: raster.clone(),
             repeat: rendering.repeat,
             threads,
         };
@@ -78,7 +79,11 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     if rendering.json {
         print_json(&Document { machine: &machine, rows: &rows })?;
     } else {
-        print(&format!("{machine}\n{}", heading(flags)))?;
+        print(&format!("{machine}\n"))?;
+        if let Some(device) = &raster {
+            print(&format!("maps by raster on {}\n", device.info()))?;
+        }
+        print(&heading(flags))?;
         print(&table(&rows))?;
         print(&format!("{} rows, {failed} out of tolerance\n", rows.len()))?;
     }
@@ -89,7 +94,7 @@ fn heading(flags: &Validate) -> String {
     let rendering = &flags.rendering;
     let n = map_size(rendering);
     format!(
-        "level {} ({} %), shadow map {n}x{n}; errors /map against {}, /ray against {}\n\n",
+        "level {} ({} %), shadow map {n}x{n}; errors against {}, /ray against {}\n\n",
         rendering.quality,
         100.0 * rendering.quality.error(),
         scatter_validate::SHADOW_MAP_TRUTH,

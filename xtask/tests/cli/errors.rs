@@ -38,7 +38,8 @@ fn flags_out_of_range_are_errors() {
         &["--set", "steps"],
         &["--compare", "itself"],
         &["--no-such-flag"],
-        &["--shadow-source", "raster"],
+        &["--shadow-source", "raster", "--vulkan-device", "no such device"],
+        &["--vulkan-device", "0"],
     ] {
         let mut arguments = vec!["render", "--shot", "wall.toml", "--json"];
         arguments.extend(wrong);

@@ -40,7 +40,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The preset of a level: what typical indoor shots need (5-algorithm-notes.md, section 5b); thin shafts need up
+    /// The preset of a level: what typical indoor shots need; thin shafts need up
     /// to four times as many, open terrain a tenth.
     pub const fn for_quality(level: Quality) -> Self {
         let steps = match level {

@@ -1,4 +1,4 @@
-//! The extremes of 1-model.md: nothing panics, nothing is NaN, and 0 ≤ L ≤ the unoccluded closed form.
+//! The extremes: nothing panics, nothing is NaN, and 0 ≤ L ≤ the unoccluded closed form.
 
 use glam::DVec3;
 use proptest::prelude::*;

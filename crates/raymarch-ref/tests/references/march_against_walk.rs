@@ -14,7 +14,7 @@ fn march(scene: &Scene, options: Options) -> ScatterImage {
     scene.render(&mut RayMarch::new(options).unwrap())
 }
 
-/// Relative RMSE as 1-model.md has it.
+/// Relative RMSE as MODEL.md has it.
 fn rel_rmse(image: &ScatterImage, truth: &ScatterImage) -> f64 {
     let pairs: Vec<_> = image
         .inscattered()

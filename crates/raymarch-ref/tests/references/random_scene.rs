@@ -242,7 +242,7 @@ pub struct Sampled {
     pub uncertainty: f64,
 }
 
-/// `∫ f·V dt` of pixel `(x, y)` by the midpoint rule with `count` samples: the integrand as 1-model.md writes it,
+/// `∫ f·V dt` of pixel `(x, y)` by the midpoint rule with `count` samples: the integrand as MODEL.md writes it,
 /// visibility and colour by look-ups at points. For a lamp, samples are spread evenly over the angle at the lamp.
 pub fn dense(frame: &Frame<'_>, x: u32, y: u32, count: u32) -> Sampled {
     let end = frame.ray_end(x, y);

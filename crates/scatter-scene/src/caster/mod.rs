@@ -151,6 +151,12 @@ impl SceneCaster {
         self.triangles.iter().flatten().map(|&index| self.positions[index as usize])
     }
 
+    /// Distinct positions, world space, and the triangles' indices into them.
+    #[cfg(feature = "raster")]
+    pub(crate) fn welded(&self) -> (&[DVec3], &[[u32; 3]]) {
+        (&self.positions, &self.triangles)
+    }
+
     pub(crate) fn bvh(&self) -> &Bvh {
         &self.bvh
     }

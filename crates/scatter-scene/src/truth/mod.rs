@@ -1,4 +1,4 @@
-//! Ray-cast truth: visibility by the triangles themselves, without sampling, in f64 (1-model.md, Truth, level 2).
+//! Ray-cast truth: visibility by the triangles themselves, without sampling, in f64 (MODEL.md, References).
 //!
 //! For one view ray and one light all shadow rays lie in one plane. Each triangle meets that plane in a segment and
 //! shadows one closed-form interval of the ray (`shadow_plane`); the union of the intervals is exact

@@ -1,6 +1,6 @@
 //! What a light does in the plane that it spans with a view ray: which stretch of the ray a segment shadows.
 //!
-//! All shadow rays from one view ray to one light lie in one plane (1-model.md, Truth, level 2). With x along the ray
+//! All shadow rays from one view ray to one light lie in one plane (MODEL.md, References). With x along the ray
 //! and y towards the light, a blocker at (x, y), y ≥ 0, shadows the ray's point
 //!
 //! ```text

@@ -1,6 +1,6 @@
 //! The scaled complex exponential integral `Ê(z) = e^z·E₁(z)` (Abramowitz and Stegun 5.1.11 and 5.1.22).
 //!
-//! The series for |z| ≤ 2, Lentz's continued fraction beyond (5-algorithm-notes.md, section 1.2). The right half
+//! The series for |z| ≤ 2, Lentz's continued fraction beyond. The right half
 //! plane is all that airlight needs; z never crosses the cut.
 
 /// A complex number, (real, imaginary).

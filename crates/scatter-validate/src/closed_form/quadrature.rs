@@ -57,6 +57,7 @@ fn kronrod(f: &dyn Fn(f64) -> f64, a: f64, b: f64) -> (f64, f64) {
 }
 
 /// Kronrod nodes on (0, 1), QUADPACK's order (Piessens et al. 1983, qk15).
+#[expect(clippy::excessive_precision, reason = "as the table prints them")]
 const NODES: [f64; 7] = [
     0.991_455_371_120_812_639_2,
     0.949_107_912_342_758_524_5,
@@ -67,6 +68,7 @@ const NODES: [f64; 7] = [
     0.207_784_955_007_898_467_6,
 ];
 /// Kronrod weights, the centre last.
+#[expect(clippy::excessive_precision, reason = "as the table prints them")]
 const KRONROD: [f64; 8] = [
     0.022_935_322_010_529_224_96,
     0.063_092_092_629_978_553_29,
@@ -78,6 +80,7 @@ const KRONROD: [f64; 8] = [
     0.209_482_141_084_727_828_0,
 ];
 /// Gauss weights of every second node, the centre last.
+#[expect(clippy::excessive_precision, reason = "as the table prints them")]
 const GAUSS: [f64; 4] = [
     0.129_484_966_168_869_693_3,
     0.279_705_391_489_276_667_9,

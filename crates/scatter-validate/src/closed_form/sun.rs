@@ -42,7 +42,7 @@ mod tests {
 
     #[test]
     fn the_extreme_suite_of_the_algorithm_notes_comes_out() {
-        // 5-algorithm-notes.md, section 4: ρ = 1/4π, E = 1, albedo 1; five to six digits are printed.
+        // ρ = 1/4π, E = 1, albedo 1; five to six digits are printed.
         let cases = [
             (0.1, 0.0, 20.0, 0.068_807_9),
             (0.1, 0.0, f64::INFINITY, 0.079_577_5),

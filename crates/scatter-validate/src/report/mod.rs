@@ -12,6 +12,7 @@ use crate::machine::Machine;
 use crate::matrix::{Pictures, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 use crate::row::Row;
 use html::{Page, escaped};
+pub use picture::exposure;
 
 /// What a report says. Pictures become PNGs as they are added, so that no radiance image is held.
 pub struct Report {
@@ -45,7 +46,7 @@ impl Report {
     pub fn add(&mut self, rows: &[Row], pictures: &Pictures) {
         self.rows.extend_from_slice(rows);
         let reference = &pictures.shadow_map_truth;
-        let exposure = picture::exposure(&pictures.raycast_truth);
+        let exposure = exposure(&pictures.raycast_truth);
         let scale = difference_scale(reference);
         let mut figures = Vec::new();
         let mut push = |caption: String, size: [u32; 2], pixels: &[u8]| {
@@ -105,8 +106,8 @@ impl Report {
     fn push_table(&self, page: &mut Page) {
         page.heading("Techniques × shots");
         page.paragraph(
-            "Errors are relative to the truth's mean: /map against the exact image for the same shadow map (the \
-             technique's own error), /ray against the exact image for the triangles (with the shadow map's error). \
+            "Errors are relative to the truth's mean, against the exact image for the same shadow map (the \
+             technique's own error); /ray against the exact image for the triangles (with the shadow map's error). \
              The ratio is the marcher's time at the same quality level over the technique's.",
         );
         page.preformatted(&crate::table::table(&self.rows));

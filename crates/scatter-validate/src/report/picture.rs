@@ -11,7 +11,7 @@ const NOT_FINITE: [u8; 3] = [255, 0, 255];
 /// The exposure at which an image's mean is a middle grey: `1 − exp(−mean·exposure) = 0.3`.
 ///
 /// Half of an indoor picture can be black, so the mean is taken over what is lit at all.
-pub(super) fn exposure(image: &RadianceImage) -> f64 {
+pub fn exposure(image: &RadianceImage) -> f64 {
     let lit = || image.pixels.iter().flatten().map(|&v| f64::from(v)).filter(|v| v.is_finite() && *v > 0.0);
     let count = lit().count();
     if count == 0 { 1.0 } else { -(1.0f64 - 0.3).ln() * count as f64 / lit().sum::<f64>() }

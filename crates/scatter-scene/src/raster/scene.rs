@@ -1,0 +1,201 @@
+//! A scene on a device: its depth and shadow maps, in the very conventions of the ray casts.
+
+use std::fmt;
+use std::sync::{Mutex, PoisonError};
+
+use glam::DMat4;
+use rayon::prelude::*;
+use scatter_core::{Camera, MapProjection, ModelError, RenderError, ShadowMapSource};
+
+use super::device::RasterDevice;
+use super::error::RasterError;
+use super::mesh::Mesh;
+use super::pass::{DepthPass, SceneBox};
+use super::pipeline::Pipelines;
+use super::target::Target;
+use crate::caster::SceneCaster;
+use crate::maps::{MapError, MapSource};
+
+/// A scene's triangles on a device, ready to be drawn from anywhere.
+///
+/// Several threads may ask for maps; they are drawn one after the other.
+pub struct RasterScene {
+    device: RasterDevice,
+    pipelines: Pipelines,
+    mesh: Mesh,
+    /// None for a scene without triangles.
+    scene: Option<SceneBox>,
+    /// Kept for the next map of the same size.
+    target: Mutex<Option<Target>>,
+}
+
+impl RasterScene {
+    /// Uploads the caster's triangles: the same welded ones that rays are cast against.
+    pub fn new(device: &RasterDevice, caster: &SceneCaster) -> Result<Self, RasterError> {
+        let centre = caster.bvh().centre;
+        Ok(Self {
+            device: device.clone(),
+            pipelines: Pipelines::new(&device.0)?,
+            mesh: Mesh::new(&device.0, caster)?,
+            scene: caster.bounds().map(|bounds| SceneBox { centre, bounds }),
+            target: Mutex::new(None),
+        })
+    }
+
+    /// The device.
+    pub fn device(&self) -> &RasterDevice {
+        &self.device
+    }
+
+    /// Bytes of the mesh on the device.
+    pub fn memory_bytes(&self) -> u64 {
+        self.mesh.memory_bytes()
+    }
+
+    /// Fills `out`, `[y][x]`, with the distance along each pixel's ray to its first surface; `+∞` for no surface.
+    /// Resizes `out` to the camera's image.
+    pub fn depth_map(&self, camera: &Camera, out: &mut Vec<f32>) -> Result<(), RasterError> {
+        let [width, height] = camera.size();
+        self.resize(out, camera.size(), 1)?;
+        let Some(scene) = &self.scene else { return Ok(()) };
+        // One depth a pixel is all there is, and the image shows it: silhouettes get a finer grid.
+        let pass = DepthPass::of_camera(scene, camera).refined(self.device.largest_map());
+        self.draw(&pass, out)?;
+        debug_assert_eq!(out.len(), width as usize * height as usize, "one texel a pixel");
+        out.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
+            for (x, depth) in row.iter_mut().enumerate().filter(|(_, depth)| depth.is_finite()) {
+                let direction = camera.pixel_ray(x as u32, y as u32).direction;
+                *depth = (f64::from(*depth) / direction.dot(camera.forward())) as f32;
+            }
+        });
+        Ok(())
+    }
+
+    /// Fills `out`, `[row][column]`, with the depth of the first surface at each texel's centre; `+∞` for no surface.
+    /// Resizes `out`.
+    ///
+    /// Surfaces before the near plane of a parallel map count, at depth 0: they shadow all that the map sees.
+    pub fn shadow_map(&self, projection: &MapProjection, out: &mut Vec<f32>) -> Result<(), RasterError> {
+        self.resize(out, projection.size(), 1)?;
+        self.shadow_texels(projection, out)
+    }
+
+    /// Fills `out`, `[face][row][column]`, with the six faces around `position`. Resizes `out`.
+    pub fn cube_map(&self, position: [f64; 3], size: u32, out: &mut Vec<f32>) -> Result<(), RasterError> {
+        let faces = (0..6)
+            .map(|face| MapProjection::cube_face(position, face, size))
+            .collect::<Result<Vec<_>, _>>()?;
+        self.resize(out, [size; 2], 6)?;
+        let area = size as usize * size as usize;
+        faces.iter().zip(out.chunks_mut(area)).try_for_each(|(face, texels)| self.shadow_texels(face, texels))
+    }
+
+    fn shadow_texels(&self, projection: &MapProjection, out: &mut [f32]) -> Result<(), RasterError> {
+        let Some(scene) = &self.scene else { return Ok(()) };
+        let pass = DepthPass::of_map(scene, projection).ok_or(ModelError::Degenerate {
+            what: "shadow map projection",
+            problem: "it is singular",
+            cure: "give an invertible projection",
+        })?;
+        self.draw(&pass, out)
+    }
+
+    /// `count` maps of no surface at all.
+    fn resize(&self, out: &mut Vec<f32>, size: [u32; 2], count: usize) -> Result<(), RasterError> {
+        self.check(size)?;
+        out.clear();
+        out.resize(size[0] as usize * size[1] as usize * count, f32::INFINITY);
+        Ok(())
+    }
+
+    fn check(&self, [width, height]: [u32; 2]) -> Result<(), RasterError> {
+        let limit = self.device.largest_map();
+        if width.max(height) > limit {
+            return Err(RasterError::TooLarge { width, height, limit });
+        }
+        Ok(())
+    }
+
+    fn draw(&self, pass: &DepthPass, out: &mut [f32]) -> Result<(), RasterError> {
+        let device = &self.device.0;
+        let mut target = self.target.lock().unwrap_or_else(PoisonError::into_inner);
+        // The old image goes before the new one comes: both together may not fit.
+        let mut usable = target.take().filter(|target| target.fits(pass));
+        if usable.is_none() {
+            usable = Some(Target::new(device, pass.size, pass.fineness)?);
+        }
+        let target = target.insert(match usable {
+            Some(usable) => usable,
+            None => return Ok(()),
+        });
+        target.render(device, &self.pipelines, &self.mesh, pass, out)
+    }
+}
+
+impl ShadowMapSource for RasterScene {
+    fn render(
+        &self,
+        clip_from_world: [[f64; 4]; 4],
+        size: [u32; 2],
+        out: &mut [f32],
+    ) -> Result<(), RenderError> {
+        self.render_clip(&DMat4::from_cols_array_2d(&clip_from_world), size, out)
+            .map_err(|error| RenderError::Source(error.to_string()))
+    }
+}
+
+impl MapSource for RasterScene {
+    fn depth_map(&self, camera: &Camera, out: &mut Vec<f32>) -> Result<(), MapError> {
+        Ok(Self::depth_map(self, camera, out)?)
+    }
+
+    fn shadow_map(&self, projection: &MapProjection, out: &mut Vec<f32>) -> Result<(), MapError> {
+        Ok(Self::shadow_map(self, projection, out)?)
+    }
+
+    fn cube_map(&self, position: [f64; 3], size: u32, out: &mut Vec<f32>) -> Result<(), MapError> {
+        Ok(Self::cube_map(self, position, size, out)?)
+    }
+}
+
+impl From<RasterError> for MapError {
+    fn from(error: RasterError) -> Self {
+        match error {
+            RasterError::Model(error) => Self::Model(error),
+            error => Self::Source(error.to_string()),
+        }
+    }
+}
+
+impl RasterScene {
+    fn render_clip(&self, clip: &DMat4, size: [u32; 2], out: &mut [f32]) -> Result<(), RasterError> {
+        let expected = size[0] as usize * size[1] as usize;
+        if expected == 0 || out.len() != expected {
+            return Err(RasterError::Request(format!(
+                "the buffer holds {} texels for a map of {}x{}; give {expected} and at least 1x1",
+                out.len(),
+                size[0],
+                size[1],
+            )));
+        }
+        let usable = clip.is_finite() && clip.determinant() != 0.0 && clip.inverse().is_finite();
+        if !usable {
+            return Err(RasterError::Request(
+                "clip_from_world is singular or not finite; give an invertible matrix".into(),
+            ));
+        }
+        self.check(size)?;
+        out.fill(f32::INFINITY);
+        let Some(scene) = &self.scene else { return Ok(()) };
+        self.draw(&DepthPass::of_clip(scene, [0, 1, 2, 3].map(|row| clip.row(row)), size), out)
+    }
+}
+
+impl fmt::Debug for RasterScene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RasterScene")
+            .field("device", &self.device)
+            .field("bytes", &self.memory_bytes())
+            .finish_non_exhaustive()
+    }
+}

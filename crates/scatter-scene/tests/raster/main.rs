@@ -1,0 +1,5 @@
+//! The raster pass against the ray casts, and what it does to a machine.
+
+mod agreement;
+mod driver;
+mod robustness;
