@@ -1,6 +1,8 @@
 //! Writes built-in shots into a folder, as files that any loader can read.
 
 use super::{BuiltinFile, BuiltinShot};
+use crate::atomic::write_atomically;
+use crate::error::SceneError;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,20 +19,14 @@ pub enum ExportError {
         /// What the system said.
         source: io::Error,
     },
-    /// A file cannot be written: free space, or name a folder that may be written to.
-    #[error("{}: cannot write the file: {source}; free space or name another folder", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
+    /// A file cannot be written.
+    #[error(transparent)]
+    File(#[from] SceneError),
 }
 
 /// Writes the files of each shot into `dir` (made if needed) and returns the paths of the shot files.
 ///
-/// Each file is written beside its place and renamed, the shot file last: no half-written file is left
-/// behind, and a shot file that exists has its mesh.
+/// Each file appears whole or not at all, the shot file last: a shot file that exists has its mesh.
 pub fn export(dir: &Path, shots: &[&BuiltinShot]) -> Result<Vec<PathBuf>, ExportError> {
     fs::create_dir_all(dir).map_err(|source| ExportError::Folder { path: dir.to_owned(), source })?;
     shots
@@ -45,15 +41,9 @@ pub fn export(dir: &Path, shots: &[&BuiltinShot]) -> Result<Vec<PathBuf>, Export
         .collect()
 }
 
-/// Writes one file beside its place, then renames it.
 fn write_whole(dir: &Path, file: &BuiltinFile) -> Result<PathBuf, ExportError> {
     let path = dir.join(&file.name);
-    let partial = dir.join(format!(".{}.{}.partial", file.name, std::process::id()));
-    fs::write(&partial, &file.bytes).and_then(|()| fs::rename(&partial, &path)).map_err(|source| {
-        // The error that is reported is the first one; a leftover that cannot be removed adds nothing to it.
-        let _ = fs::remove_file(&partial);
-        ExportError::File { path: path.clone(), source }
-    })?;
+    write_atomically(&path, |writer| writer.write_all(&file.bytes))?;
     Ok(path)
 }
 
