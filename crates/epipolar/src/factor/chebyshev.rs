@@ -27,9 +27,9 @@
 //! `2·qᴺ/((1 − q)·√(yc² − h²))`, `q = (yc − √(yc² − h²))/h`, the form of the notes, which is therefore never smaller.
 //!
 //! Interpolation along the ray replaces e within an interval by its mean, an error without integral; see
-//! [`prefix_intervals`] for its share, which adds to ρ.
+//! [`reading_error`] for its share, which adds to ρ.
 
-use super::{MAX_RANK, WEIGHT_INTERVALS, prefix_intervals};
+use super::{MAX_RANK, WEIGHT_INTERVALS, reading_error};
 
 /// Chebyshev points M of the coefficients. What is wrong with `Γₖ` is `I_{2M−k}`: below `q⁴⁰` of the whole, 1e-30 for an
 /// octave (q = 0.17), 1e-13 for three (q = 0.48).
@@ -46,10 +46,8 @@ pub(super) struct Band {
 }
 
 impl Band {
-    /// The band `y ∈ [1, ratio]`, ratio in [1, 8], `x ∈ [0, optical_depth]`.
+    /// The band `y ∈ [1, ratio]`, ratio in [1, 8], `x ∈ [0, optical_depth]`, optical_depth > 0.
     pub(super) fn new(optical_depth: f64, ratio: f64) -> Self {
-        // The limit of an empty medium is reached long before this, and nothing is divided by 0.
-        let optical_depth = optical_depth.max(1e-30);
         let mut band =
             Self { optical_depth, ratio, points: [0.0; POINTS], projection: [[0.0; MAX_RANK]; POINTS] };
         for (j, (y, row)) in band.points.iter_mut().zip(&mut band.projection).enumerate() {
@@ -88,8 +86,6 @@ impl Band {
 
     /// The largest error of vis at this rank, by the module's derivation, with tables of the usual lengths.
     pub(super) fn bound(&self, rank: usize) -> f64 {
-        /// Lit intervals for whose rounding there is room: two ends, each off by two roundings of a table value.
-        const INTERVALS: f64 = 16.0;
         let mut terms = [0.0; MAX_RANK];
         for (y, row) in self.points.iter().zip(&self.projection) {
             for (term, c) in terms.iter_mut().zip(row) {
@@ -113,10 +109,8 @@ impl Band {
         if share >= 0.5 {
             return 1.0;
         }
-        let depth = self.optical_depth * self.ratio;
-        let along = depth / (4.0 * prefix_intervals(depth) as f64);
-        let rounded = INTERVALS * 4.0 * 0.5 * f64::from(f32::EPSILON) * kept / self.whole(self.ratio);
-        (share + along) / (1.0 - share) + rounded
+        share / (1.0 - share)
+            + reading_error(self.optical_depth * self.ratio, kept / self.whole(self.ratio)) / (1.0 - share)
     }
 
     /// `1 − e^{−optical_depth·y}`.
@@ -131,11 +125,11 @@ impl Band {
 }
 
 /// `Tₖ` at uniform nodes of z, `[node][lane]`; lanes from `rank` on are zero.
-pub(super) fn weights(rank: usize, lanes: usize, intervals: usize, table: &mut Vec<f32>) {
+pub(super) fn weights(rank: usize, lanes: usize, table: &mut Vec<f32>) {
     table.clear();
-    table.resize((intervals + 1) * lanes, 0.0);
+    table.resize((WEIGHT_INTERVALS + 1) * lanes, 0.0);
     for (i, node) in table.chunks_exact_mut(lanes).enumerate() {
-        let z = 2.0 * i as f64 / intervals as f64 - 1.0;
+        let z = 2.0 * i as f64 / WEIGHT_INTERVALS as f64 - 1.0;
         let (mut before, mut value) = (z, 1.0);
         for weight in &mut node[..rank] {
             *weight = value as f32;
