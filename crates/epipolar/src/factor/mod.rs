@@ -67,10 +67,10 @@ impl Factors {
         let intervals = prefix_intervals(optical_depth * ratio);
         self.bound = match kind {
             Factorisation::Chebyshev => {
-                let band = chebyshev::Band::new(optical_depth, ratio);
-                band.prefix(rank, lanes, intervals, &mut self.prefix);
-                chebyshev::weights(rank, lanes, &mut self.weights);
-                band.bound(rank)
+                let band = chebyshev::Band::new(rank, optical_depth, ratio);
+                band.prefix(lanes, intervals, &mut self.prefix);
+                band.weights(lanes, &mut self.weights);
+                band.bound()
             }
             Factorisation::Svd => {
                 let band = svd::Decomposition::new(optical_depth, ratio);
@@ -85,8 +85,7 @@ impl Factors {
     /// The smallest rank of [`Factorisation::Chebyshev`] whose [`Self::bound`] is at most `error`, if one is.
     pub fn rank_for(error: f64, optical_depth: f64, ratio: f64) -> Option<usize> {
         let (optical_depth, ratio) = domain(optical_depth, ratio);
-        let band = chebyshev::Band::new(optical_depth, ratio);
-        (1..=MAX_RANK).find(|&rank| band.bound(rank) <= error)
+        (1..=MAX_RANK).find(|&rank| chebyshev::Band::new(rank, optical_depth, ratio).bound() <= error)
     }
 
     /// How many products are summed, 1..=[`MAX_RANK`].

@@ -98,43 +98,6 @@ proptest! {
 }
 
 #[test]
-fn the_tables_are_the_integrals_of_the_bessel_series() {
-    for (depth, ratio) in [(0.1, 1.19), (1.0, 2.0), (4.0, 1.41), (20.0, 2.0), (20.0, 4.0)] {
-        let factors = Factors::sun(Factorisation::Chebyshev, 8, depth, ratio);
-        let (centre, half) = (0.5 * (1.0 + ratio), 0.5 * (ratio - 1.0));
-        // Simpson's rule on every interval of the table, whose length times depth·ratio is at most 1/100.
-        let gamma = |u: f64| -> [f64; 8] {
-            let x = depth * u;
-            let bessel = bessel::scaled::<8>(x * half);
-            std::array::from_fn(|k| {
-                let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
-                sign * if k == 0 { 1.0 } else { 2.0 } * (x * (half - centre)).exp() * bessel[k]
-            })
-        };
-        let intervals = factors.prefix().len() / 8 - 1;
-        let step = 1.0 / intervals as f64;
-        let mut sums = [0.0f64; 8];
-        for (i, node) in factors.prefix().chunks_exact(8).enumerate() {
-            for k in 0..8 {
-                // Half an f32 rounding of the value, and of f64 sums of exponentials near 1.
-                let slack = 6e-8 * sums[k].abs() + 1e-13;
-                assert!(
-                    (f64::from(node[k]) - sums[k]).abs() <= slack,
-                    "{depth} {ratio} P{k}[{i}]: {} {}",
-                    node[k],
-                    sums[k]
-                );
-            }
-            let u = i as f64 * step;
-            let (a, m, b) = (gamma(u), gamma(u + 0.5 * step), gamma(u + step));
-            for k in 0..8 {
-                sums[k] += step / 6.0 * (a[k] + 4.0 * m[k] + b[k]);
-            }
-        }
-    }
-}
-
-#[test]
 fn an_empty_medium_has_the_length_as_its_only_factor() {
     for depth in [0.0, 1e-300, 1e-30, f64::NAN, -1.0] {
         let factors = Factors::sun(Factorisation::Chebyshev, 3, depth, 1.7);
