@@ -9,15 +9,26 @@ mod simd_level;
 mod map_line;
 mod row;
 
+mod factor;
+mod bands;
+
 mod integrate;
 
-mod factor;
+mod planes;
+mod slice_pass;
+mod resolve;
 
+mod options;
+mod technique;
+
+pub use bands::Bands;
 pub use epipole::Epipole;
+pub use factor::{Factorisation, Factors};
 pub use fan_pixels::FanPixels;
-pub use slices::{Fan, Major, Slice, SliceSet};
 pub use integrate::*;
 pub use map_line::*;
+pub use options::{EpipolarTechnique, Options, TECHNIQUE};
 pub use row::Row;
 pub use slice_plane::SlicePlane;
-pub use factor::{Factorisation, Factors};
+pub use slices::{Fan, Major, Slice, SliceSet};
+pub use technique::{Epipolar, ID};
