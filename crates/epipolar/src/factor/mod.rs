@@ -14,7 +14,13 @@
 //! The paper finds the factors by an SVD; [`Factorisation::Chebyshev`] writes them down, with a derived bound.
 
 mod chebyshev;
+mod lamp;
+mod lamp_fit;
+mod lamp_kernel;
 mod svd;
+
+pub use lamp::{LampBands, LampFactors};
+pub use lamp_kernel::LampMedium;
 
 #[cfg(test)]
 mod bessel;
