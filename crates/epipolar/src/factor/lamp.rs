@@ -50,57 +50,27 @@ impl LampBands {
 
     /// [`Self::new`] in place: allocates nothing when there are no more bands, and no longer tables, than before.
     pub fn rebuild(&mut self, medium: &LampMedium<'_>, b_min: f64, b_max: f64, max_rank: usize, error: f64) {
-        /// Tries to find the width of a band before the error is given up.
-        const TRIES: usize = 10;
         let kernel = Kernel::new(medium);
         let b_min = b_min.max(0.0).min(PI - 1e-3);
+        let b_max = b_max.max(b_min).min(PI - 1e-3);
         let low = coordinate(&kernel, b_min);
-        let mut high = coordinate(&kernel, b_max.max(b_min).min(PI - 1e-3));
-        // Reading the tables errs too, and a fit's error is measured with coarser steps than a caller's.
-        let target = 0.7 * error;
-        let mut width = high - low;
+        let mut high = coordinate(&kernel, b_max);
+        // The order in which they are found, so that each finds its own memory again.
+        self.bands[..self.count].reverse();
         self.count = 0;
-        loop {
-            width = width.min(high - low);
-            let mut fit = None;
-            for attempt in 0..TRIES {
-                let whole = width >= high - low;
-                let range = (if whole { low } else { high - width }, high);
-                let lower_ranks = [1, 2, 4].into_iter().filter(|&r| whole && r < max_rank);
-                // Low ranks are tried where the band ends the range: nothing else makes its lanes fewer.
-                for rank in lower_ranks.chain([max_rank.clamp(1, MAX_RANK)]) {
-                    let candidate = Fit::new(&kernel, range, rank, &mut self.space);
-                    let seen = candidate.error(|b| candidate.weights_at(b), &mut self.space);
-                    let last = self.count + 1 == Self::MOST || attempt + 1 == TRIES;
-                    let good = seen <= target;
-                    if good || rank >= max_rank {
-                        // Errors fall about as the width to the power of the rank.
-                        let shrink = (target / seen).powf(1.0 / rank as f64);
-                        if !good && !last {
-                            width *= (0.95 * shrink).clamp(0.2, 0.9);
-                        }
-                        fit = (good || last).then_some((candidate, range));
-                        break;
-                    }
-                }
-                if fit.is_some() {
-                    break;
-                }
-            }
-            let Some((fit, mut range)) = fit else { break };
-            if self.count + 1 == Self::MOST {
-                range.0 = low;
-            }
+        let mut width = high - low;
+        while self.count == 0 || high > low {
+            // The last one that there may be takes all that is left.
+            let narrowest = if self.count + 1 == Self::MOST { high - low } else { 0.0 };
+            let search = Search { kernel: &kernel, low, high, max_rank: max_rank.clamp(1, MAX_RANK), error };
+            let (fit, from) = search.widest(width.max(narrowest), narrowest, &mut self.space);
             if self.bands.len() == self.count {
                 self.bands.push(LampFactors::default());
             }
-            let ends = (if range.0 <= low { b_min } else { b_at(&kernel, range.0) }, b_at(&kernel, high));
+            let ends = (if from <= low { b_min } else { b_at(&kernel, from) }, b_at(&kernel, high));
             self.bands[self.count].tabulate(&kernel, &fit, ends, &mut self.space);
             self.count += 1;
-            high = range.0;
-            if high <= low {
-                break;
-            }
+            (width, high) = (high - from, from);
         }
         self.bands[..self.count].reverse();
     }
@@ -118,6 +88,47 @@ impl LampBands {
     /// The largest error of all bands, see [`LampFactors::error`].
     pub fn error(&self) -> f64 {
         self.bands().iter().map(|band| band.error).fold(0.0, f64::max)
+    }
+}
+
+/// The search for one band, between coordinates of b (see `lamp_fit`).
+struct Search<'a> {
+    kernel: &'a Kernel<'a>,
+    /// Where the last band begins.
+    low: f64,
+    /// Where this one ends.
+    high: f64,
+    max_rank: usize,
+    error: f64,
+}
+
+impl<'a> Search<'a> {
+    /// The fit of a band as wide as keeps the error, at first `width`, never below `narrowest`; and where it begins.
+    fn widest(&self, mut width: f64, narrowest: f64, space: &mut Workspace) -> (Fit<'a>, f64) {
+        /// Tries before an error that cannot be reached is accepted as it is.
+        const TRIES: usize = 10;
+        let mut tries = 0;
+        loop {
+            tries += 1;
+            let from = if width >= self.high - self.low { self.low } else { self.high - width };
+            // Γ's table errs too, the weights' a little; where that is all there may be, the fit gets half.
+            let (_, reading) =
+                gamma_table(self.kernel, b_at(self.kernel, from), b_at(self.kernel, self.high));
+            let target = (0.95 * self.error - reading).max(0.5 * self.error);
+            // Where a band ends the range, narrower ones are not needed, but fewer lanes may do.
+            let fewer = [1, 2, 4].into_iter().filter(|&rank| from == self.low && rank < self.max_rank);
+            let mut seen = f64::INFINITY;
+            for rank in fewer.chain([self.max_rank]) {
+                let fit = Fit::new(self.kernel, (from, self.high), rank, space);
+                seen = fit.error(|b| fit.weights_at(b), space);
+                if seen <= target || (rank == self.max_rank && (width <= narrowest || tries == TRIES)) {
+                    return (fit, from);
+                }
+            }
+            // Errors fall about as the width to the power of the rank.
+            let share = 0.95 * (target / seen).powf(1.0 / self.max_rank as f64);
+            width = ((self.high - from) * share.clamp(0.2, 0.9)).max(narrowest);
+        }
     }
 }
 
@@ -183,20 +194,25 @@ impl LampFactors {
     ) {
         (self.rank, self.lanes) = (fit.rank, fit.rank.next_power_of_two());
         (self.b_min, self.b_max) = (b_min, b_max);
-        let feature = kernel.feature(b_min, b_max);
-        // 70 a feature keep the error of a lobe's integral at 1e-4.
-        let gamma_intervals = intervals(PI, feature, 70.0, 1024);
-        let step = PI / gamma_intervals as f64;
+        let (gamma_intervals, reading) = gamma_table(kernel, b_min, b_max);
         fill(&mut self.gamma, fit.rank, gamma_intervals, |share| fit.gamma_at(PI * share));
         // What 25 leave is part of the error that is measured.
         let weight_intervals = intervals(b_max - b_min, b_min + 0.5 * kernel.scale(), 25.0, 256);
         fill(&mut self.weights, fit.rank, weight_intervals, |share| {
             fit.weights_at(b_min + (b_max - b_min) * share)
         });
-        // The trapezoidal rule on a lobe 1/(w + g)³ is off by h²/2w² of its integral.
-        let reading = 0.5 * (step / feature).powi(2);
-        self.error = fit.error(|b| self.weights_at(b as f32).map(f64::from), space) + reading;
+        self.error = (fit.error(|b| self.weights_at(b as f32).map(f64::from), space) + reading).min(1.0);
     }
+}
+
+/// Intervals of Γ's table for a band, and the error of integrals that are taken from it.
+fn gamma_table(kernel: &Kernel<'_>, b_min: f64, b_max: f64) -> (usize, f64) {
+    /// Keeps that error at 1e-4.
+    const PER_FEATURE: f64 = 70.0;
+    let feature = kernel.feature(b_min, b_max);
+    let count = intervals(PI, feature, PER_FEATURE, 1024);
+    // The trapezoidal rule on a lobe 1/(w + g)³ is off by h²/2w² of its integral.
+    (count, 0.5 * (PI / count as f64 / feature).powi(2))
 }
 
 /// Intervals of a table of `length` in which nothing is shorter than `feature`, `per_feature` of them for each.

@@ -119,33 +119,52 @@ impl<'a> Kernel<'a> {
 
     /// The length in g that tables must resolve for `b ∈ [b_min, b_max]`.
     pub(super) fn feature(&self, b_min: f64, b_max: f64) -> f64 {
-        let back = 0.5 * self.lobes[1] + (PI - b_max - self.end(b_max)).max(0.0);
-        (b_min + 0.5 * self.lobes[0]).min(back).min(1.0 / (1.0 + self.depth * (0.5 * b_max).tan()))
+        let falls = 1.0 / (1.0 + self.depth * (0.5 * b_max).tan());
+        (b_min + 0.5 * self.lobes[0]).min(self.far_feature(b_min, b_max)).min(falls)
+    }
+
+    /// The length in g over which A changes towards the far end of a ray, where b + g is nearly π.
+    ///
+    /// That is half of the backward lobe, and of `2·σL·sin b`: at that distance from g = π − b the exponent is 1. How near
+    /// rays come is what reach is about. Layers that hold less than 1e-3 of a ray are nobody's concern.
+    fn far_feature(&self, b_min: f64, b_max: f64) -> f64 {
+        let at = |b: f64| {
+            let layer = 2.0 * self.depth * b.sin();
+            let missed = (PI - b - self.end(b)).max(0.0);
+            let layer = if layer < 1e-3 { PI } else { (0.5 * layer).max(missed).max(0.01) };
+            layer.min(0.5 * self.lobes[1] + missed)
+        };
+        at(b_min).min(at(0.5 * (b_min + b_max))).min(at(b_max))
     }
 
     /// Samples of g for `b ∈ [b_min, b_max]`: steps in proportion to the distance from both lobes and both ends.
-    pub(super) fn grid(&self, b_min: f64, b_max: f64, grid: &mut Grid) {
+    ///
+    /// False where that took too many: the rest is not sampled.
+    pub(super) fn grid(&self, b_min: f64, b_max: f64, grid: &mut Grid) -> bool {
         /// Of that distance. Half of it moves the measured errors by a tenth.
         const STEP: f64 = 0.1;
-        /// No more samples than this: lobes at |g| = 0.9999 are resolved badly rather than slowly.
-        const MOST: usize = 1000;
+        /// Enough for a band as wide as a backward lobe of g = −0.99 lets eight products reach.
+        const MOST: usize = 1500;
         let ends = (0..=16).map(|i| self.end(b_min + (b_max - b_min) * f64::from(i) / 16.0));
-        let (shortest, longest) = ends.fold((PI, 0.0f64), |(s, l), end| (end.min(s), end.max(l)));
-        let near = (b_min + 0.5 * self.lobes[0]).min(0.5 * shortest.max(1e-3 * longest));
+        let (shortest, longest) = ends.fold((PI, 1e-6f64), |(s, l), end| (end.min(s), end.max(l)));
+        let near = self.feature(b_min, b_max).min(0.5 * shortest.max(1e-3 * longest));
         let Grid { g: samples, half, weight } = grid;
         samples.clear();
+        let far = self.far_feature(b_min, b_max);
         let mut g = 0.0;
         while samples.len() + 1 < MOST && g < longest {
             samples.push(g);
-            let from_back = (PI - b_max - g).max(0.0) + 0.5 * self.lobes[1];
+            let from_back = (PI - b_max - g).max(0.0) + far;
             let from_end = PI - g + 0.3 * self.scale();
             g += (STEP * (near + g).min(from_back).min(from_end)).min(PI / 40.0);
         }
+        let resolved = g >= longest;
         samples.push(longest);
         half.clear();
         half.extend(samples.iter().map(|&g| Half::of(g)));
         let last = samples.len() - 1;
         weight.clear();
         weight.extend((0..=last).map(|i| 0.5 * (samples[(i + 1).min(last)] - samples[i.saturating_sub(1)])));
+        resolved
     }
 }
