@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 
 use super::lamp_fit::{Fit, Workspace, b_at, coordinate};
-use super::lamp_kernel::Kernel;
+use super::lamp_kernel::{Kernel, within};
 use super::{LampMedium, MAX_RANK, interpolate};
 
 /// Factors of one lamp for view rays with `b ∈ [b_min, b_max]`, tabulated.
@@ -51,8 +51,8 @@ impl LampBands {
     /// [`Self::new`] in place: allocates nothing when there are no more bands, and no longer tables, than before.
     pub fn rebuild(&mut self, medium: &LampMedium<'_>, b_min: f64, b_max: f64, max_rank: usize, error: f64) {
         let kernel = Kernel::new(medium);
-        let b_min = b_min.max(0.0).min(PI - 1e-3);
-        let b_max = b_max.max(b_min).min(PI - 1e-3);
+        let b_min = within(b_min, 0.0, PI - 1e-3);
+        let b_max = within(b_max, b_min, PI - 1e-3);
         let low = coordinate(&kernel, b_min);
         let mut high = coordinate(&kernel, b_max);
         // The order in which they are found, so that each finds its own memory again.

@@ -194,8 +194,8 @@ impl<'a> Fit<'a> {
             for k in 0..self.rank {
                 let weighted = weight * space.basis[k * samples + i];
                 right[k] += weighted * value;
-                for j in 0..=k {
-                    matrix[k][j] += weighted * space.basis[j * samples + i];
+                for (j, entry) in matrix[k][..=k].iter_mut().enumerate() {
+                    *entry += weighted * space.basis[j * samples + i];
                 }
             }
         }

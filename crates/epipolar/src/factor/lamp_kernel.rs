@@ -76,8 +76,8 @@ impl<'a> Kernel<'a> {
                 .unwrap_or(1e-4)
         };
         Self {
-            depth: medium.optical_depth.max(0.0).min(1e4),
-            reach: medium.reach.max(1e-3).min(1e6),
+            depth: within(medium.optical_depth, 0.0, 1e4),
+            reach: within(medium.reach, 1e-3, 1e6),
             phase,
             phase_unit: phase(0.0) + phase(0.5) + phase(1.0),
             lobes: [lobe(&|h| h), lobe(&|h| 1.0 - h)],
@@ -167,4 +167,9 @@ impl<'a> Kernel<'a> {
         weight.extend((0..=last).map(|i| 0.5 * (samples[(i + 1).min(last)] - samples[i.saturating_sub(1)])));
         resolved
     }
+}
+
+/// The nearest to `value` in [low, high]; `low` for what is no number.
+pub(super) fn within(value: f64, low: f64, high: f64) -> f64 {
+    if value > low { value.min(high) } else { low }
 }

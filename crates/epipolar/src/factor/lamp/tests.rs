@@ -124,7 +124,7 @@ fn check(name: &str, phase: Phase, depth: f64, reach: f64) {
         // An estimate: between its sample points the error is up to a tenth larger, a quarter is allowed.
         assert!(worst <= 1.25 * bands.error() + 1e-6, "{name} {depth} {reach}: {worst} of {}", bands.error());
         // Reading lobes of |g| = 0.99 alone costs 2e-3, and a backward one is only promised to be told.
-        let hard = matches!(phase, Phase::HenyeyGreenstein { g } if g < -0.6 || g > 0.95);
+        let hard = matches!(phase, Phase::HenyeyGreenstein { g } if !(-0.6..=0.95).contains(&g));
         assert!(bands.error() <= target || (hard && target < 1e-2) || reach > 3.0, "{name} {depth} {reach}");
     }
     println!();
@@ -141,7 +141,7 @@ fn lamp_bands_keep_their_error_against_the_exact_airlight_integral() {
 
 #[test]
 fn short_and_long_rays_keep_it_too() {
-    for (name, phase) in [PHASES[0], PHASES[2], PHASES[4], PHASES[5]] {
+    for (name, phase) in [PHASES[0], PHASES[1], PHASES[4], PHASES[5]] {
         for depth in [0.1, 4.0] {
             check(name, phase, depth, 0.5);
             check(name, phase, depth, 50.0);
@@ -222,13 +222,12 @@ fn singular_values_are_those_of_the_prototype() {
     };
     for (depth, second) in [(0.01, 0.008), (1.0, 0.20), (4.0, 0.30)] {
         let [ratio, _] = values(depth, Phase::Isotropic);
-        println!("σL {depth}: s₂/s₁ {ratio:.4}, noted {second}");
+        // Noted with one or two digits.
+        assert!((ratio / second - 1.0).abs() < 0.05, "σL {depth}: {ratio}");
     }
-    println!(
-        "σL 0.1: s₄/s₁ {:.1e}, g 0.9 {:.1e}",
-        values(0.1, Phase::Isotropic)[1],
-        values(0.1, Phase::HenyeyGreenstein { g: 0.9 })[1]
-    );
+    // A lobe raises the rank.
+    let fourth = |phase| values(0.1, phase)[1];
+    assert!(fourth(Phase::HenyeyGreenstein { g: 0.9 }) > 3.0 * fourth(Phase::Isotropic));
 }
 
 #[test]
