@@ -10,14 +10,14 @@
 //! both ends of the ray err alike, and leaves a third (rank 2) to a seventh (rank 4) of the error at no cost.
 //!
 //! The coefficients are taken from the series' own orthogonality, at M Chebyshev points:
-//! `Γₖ(x) = (cₖ/M)·Σ e^{x₀·h·zⱼ}·e^{−x·yⱼ}·Tₖ(zⱼ)`, c₀ = 1, cₖ = 2, which is Bessel's integral by the trapezoidal rule and
-//! differs from it by `I_{2M−k}` only. Of a sum of exponentials the integrals are closed forms, so no quadrature is left,
-//! and along a uniform table the exponentials are a recurrence.
+//! `Γₖ(x) = (cₖ/M)·Σ e^{x₀·h·zⱼ}·e^{−x·yⱼ}·Tₖ(zⱼ)`, c₀ = 1, cₖ = 2, which is Bessel's integral by the trapezoidal rule
+//! and differs from it by `I_{2M−k}` only. Of a sum of exponentials the integrals are closed forms, so no quadrature is
+//! left, and along a uniform table the exponentials are a recurrence.
 //!
 //! # The bound
 //!
-//! Let `e` be the left side, `f` the sum cut off before k = N, `δ = f − e`, and E and Δ the integrals of e and δ over the
-//! ray. For any visibility V in [0, 1] with `v = ∫eV/E`
+//! Let `e` be the left side, `f` the sum cut off before k = N, `δ = f − e`, and E and Δ the integrals of e and δ over
+//! the ray. For any visibility V in [0, 1] with `v = ∫eV/E`
 //!
 //! ```text
 //! ∫fV/∫f − v = ∫ δ·(V − v) / (E + Δ),   so |error| ≤ ρ/(1 − ρ),   ρ = ∫|δ| / E.
@@ -30,19 +30,19 @@
 //! t/e = e^{|s|·(y − y_min or y_max − y)} · 2·Σ_{k≥N} e^{−z}·Iₖ(z).
 //! ```
 //!
-//! The sum grows with z (its derivative is `e^{−z}·(I_{N−1} − I_N)` > 0), so t/e falls towards x₀ and rises behind it for
-//! every y, and its mean over a ray is largest for the shortest ray, where it is t/e at x = 0, or for the longest.
-//! `∫t` needs no series: all terms at z = ±1 have one sign, so it is the integral of `e^{−x·yc + |s|h}` less the terms that
-//! are kept. For x₀ = 0 and an endless ray that is `2·qᴺ/((1 − q)·√(yc² − h²))`, `q = (yc − √(yc² − h²))/h`: the form of
-//! the notes, which is therefore never smaller.
+//! The sum grows with z (its derivative is `e^{−z}·(I_{N−1} − I_N)` > 0), so t/e falls towards x₀ and rises behind it
+//! for every y, and its mean over a ray is largest for the shortest ray, where it is t/e at x = 0, or for the longest.
+//! `∫t` needs no series: all terms at z = ±1 have one sign, so it is the integral of `e^{−x·yc + |s|h}` less the terms
+//! that are kept. For x₀ = 0 and an endless ray that is `2·qᴺ/((1 − q)·√(yc² − h²))`, `q = (yc − √(yc² − h²))/h`: the
+//! form of the notes, which is therefore never smaller.
 //!
 //! Interpolation along the ray replaces e within an interval by its mean, an error without integral; see
 //! [`reading_error`] for its share, which adds to ρ.
 
 use super::{MAX_RANK, WEIGHT_INTERVALS, reading_error};
 
-/// Chebyshev points M of the coefficients. What is wrong with `Γₖ` is `I_{2M−k}`: below `q⁴⁰` of the whole, 1e-30 for an
-/// octave (q = 0.17), 1e-13 for three (q = 0.48).
+/// Chebyshev points M of the coefficients. What is wrong with `Γₖ` is `I_{2M−k}`: below `q⁴⁰` of the whole, 1e-30 for
+/// an octave (q = 0.17), 1e-13 for three (q = 0.48).
 const POINTS: usize = 24;
 
 /// The series on one band, cut off.

@@ -1,11 +1,11 @@
 //! Factors of a lamp's integrand as tables, in as many bands of b as an error asks for.
 //!
-//! With b the angle at the eye between view ray and lamp and g the angle at the lamp, the visible part of a ray is, up to a
-//! factor of b, `∫ A(g, b)·cone·V dg` (see `lamp_kernel`). A spot's cone differs from slice to slice, so Γ is tabulated
-//! by value; a slice multiplies it by its cone and integrates.
+//! With b the angle at the eye between view ray and lamp and g the angle at the lamp, the visible part of a ray is, up
+//! to a factor of b, `∫ A(g, b)·cone·V dg` (see `lamp_kernel`). A spot's cone differs from slice to slice, so Γ is
+//! tabulated by value; a slice multiplies it by its cone and integrates.
 //!
-//! Isotropic thin media need one product. Else A is about as hard in every octave of tan(b/2): where eight products over
-//! all b miss the error, the range is cut into bands from its top, each as wide as the error allows.
+//! Isotropic thin media need one product. Else A is about as hard in every octave of tan(b/2): where eight products
+//! over all b miss the error, the range is cut into bands from its top, each as wide as the error allows.
 
 use std::f64::consts::PI;
 

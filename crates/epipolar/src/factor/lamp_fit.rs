@@ -2,14 +2,14 @@
 //!
 //! Columns of A at Chebyshev points in b span what all columns of the band span, nearly. So Γ are N such columns, made
 //! orthogonal to each other for the sake of f32, and `B(b)` is the least-squares fit of column b by Γ: for each of some
-//! thirty b over the g that a ray at b has, a cubic in between. No SVD is needed, and none of the paper's upsampling in g:
-//! Γ is known wherever A is.
+//! thirty b over the g that a ray at b has, a cubic in between. No SVD is needed, and none of the paper's upsampling in
+//! g: Γ is known wherever A is.
 //!
 //! # Which least squares
 //!
-//! As for the sun (see `chebyshev`) the worst visibility V makes an error of half of `∫|e/E − f/F|`, e = A at one b and f
-//! its fit; by Cauchy and Schwarz its square is at most `¼·∫ δ²/(e·E)`, δ = f − e. Rays of every length count, so in place
-//! of E over the whole ray stands E up to g. The fit minimises that sum.
+//! As for the sun (see `chebyshev`) the worst visibility V makes an error of half of `∫|e/E − f/F|`, e = A at one b and
+//! f its fit; by Cauchy and Schwarz its square is at most `¼·∫ δ²/(e·E)`, δ = f − e. Rays of every length count, so in
+//! place of E over the whole ray stands E up to g. The fit minimises that sum.
 
 use super::MAX_RANK;
 use super::lamp_kernel::{Grid, Half, Kernel};
@@ -95,8 +95,8 @@ impl<'a> Fit<'a> {
         std::array::from_fn(|k| (0..4).map(|i| cubic[i] * self.weights[first + i][k]).sum())
     }
 
-    /// The worst error of vis with B from `weights`, over all visibilities, b between the fits and rays of eight lengths. 1 for a
-    /// band too wide to be sampled.
+    /// The worst error of vis with B from `weights`, over all visibilities, b between the fits and rays of eight
+    /// lengths. 1 for a band too wide to be sampled.
     pub(super) fn error(&self, weights: impl Fn(f64) -> [f64; MAX_RANK], space: &mut Workspace) -> f64 {
         const LENGTHS: usize = 8;
         let mut worst = if self.resolved { 0.0f64 } else { 1.0 };

@@ -1,16 +1,16 @@
 //! The integrand of a lamp along a view ray, in angles: `A(g, b) = e^{−σL·(C − 1)}·p(b + g)`, and where it is sampled.
 //!
-//! Eye O, lamp P, L = |OP|; b the angle at O between view ray and the way to P, g the angle at P between the way to O and
-//! the light ray. Then (notes, section 0.1) the point lies at `s = L·sin g/sin(b+g)` from the eye and
+//! Eye O, lamp P, L = |OP|; b the angle at O between view ray and the way to P, g the angle at P between the way to O
+//! and the light ray. Then (notes, section 0.1) the point lies at `s = L·sin g/sin(b+g)` from the eye and
 //! `d = L·sin b/sin(b+g)` from the lamp, `ds/d² = dg/(L·sin b)`, and
 //!
 //! ```text
 //! (s + d)/L = C = cos((b−g)/2)/cos((b+g)/2),   C − 1 = 2·sin(b/2)·sin(g/2)/cos((b+g)/2).
 //! ```
 //!
-//! The third angle of the triangle is π − b − g and light travels away from P, so the phase angle between its travel and
-//! the way to the camera is θ = b + g: forward scattering sits where both angles are small. `1/(L·sin b)` and `e^{−σL}` are
-//! constant along a ray and cancel in vis.
+//! The third angle of the triangle is π − b − g and light travels away from P, so the phase angle between its travel
+//! and the way to the camera is θ = b + g: forward scattering sits where both angles are small. `1/(L·sin b)` and
+//! `e^{−σL}` are constant along a ray and cancel in vis.
 //!
 //! A ray at b has `g < π − b`, and less where it ends. Behind that the function goes on smoothly, never to a step: C is
 //! bent to a constant in `q = tan(b/2)·tan(g/2)`, on which alone it depends, `C = (1 + q)/(1 − q)`.
@@ -125,8 +125,8 @@ impl<'a> Kernel<'a> {
 
     /// The length in g over which A changes towards the far end of a ray, where b + g is nearly π.
     ///
-    /// That is half of the backward lobe, and of `2·σL·sin b`: at that distance from g = π − b the exponent is 1. How near
-    /// rays come is what reach is about. Layers that hold less than 1e-3 of a ray are nobody's concern.
+    /// That is half of the backward lobe, and of `2·σL·sin b`: at that distance from g = π − b the exponent is 1. How
+    /// near rays come is what reach is about. Layers that hold less than 1e-3 of a ray are nobody's concern.
     fn far_feature(&self, b_min: f64, b_max: f64) -> f64 {
         let at = |b: f64| {
             let layer = 2.0 * self.depth * b.sin();

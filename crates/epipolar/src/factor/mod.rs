@@ -21,8 +21,8 @@
 //! | 4 | 4.7e-4 of 1.3e-3 | 6.7e-3 of 1.7e-2 |
 //! | 5 | 2.8e-4 of 7.1e-4 | 6.6e-3 of 1.7e-2 |
 //!
-//! (From there on it is the interpolation of the prefix, and for the SVD that of 64 samples.) At an optical depth of 1 the
-//! two err alike, to a few percent; Chebyshev takes a tenth of the time.
+//! (From there on it is the interpolation of the prefix, and for the SVD that of 64 samples.) At an optical depth of 1
+//! the two err alike, to a few percent; Chebyshev takes a tenth of the time.
 //!
 //! Lamps have factors of their own, [`LampBands`]: fitted, with a measured error.
 

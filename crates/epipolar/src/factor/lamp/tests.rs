@@ -55,7 +55,8 @@ impl<'a> Prefix<'a> {
     }
 }
 
-/// The error of vis for the worst visibility of a ray at `b` that ends at `length`, against the exact airlight integral.
+/// The error of vis for the worst visibility of a ray at `b` that ends at `length`, against the exact airlight
+/// integral.
 fn worst_error(bands: &LampBands, prefixes: &[Prefix<'_>], medium: &Medium, b: f64, length: f64) -> f64 {
     const PIECES: usize = 400;
     let direction = DVec3::new(b.sin(), 0.0, b.cos());
