@@ -4,8 +4,21 @@
 //! to a factor of b, `∫ A(g, b)·cone·V dg` (see `lamp_kernel`). A spot's cone differs from slice to slice, so Γ is
 //! tabulated by value; a slice multiplies it by its cone and integrates.
 //!
-//! Isotropic thin media need one product. Else A is about as hard in every octave of tan(b/2): where eight products
-//! over all b miss the error, the range is cut into bands from its top, each as wide as the error allows.
+//! Isotropic thin media need one product. Else A is about as hard in every octave of tan(b/2): where eight products over
+//! all b miss the error, the range is cut into bands from its top, each as wide as the error allows. So many bands of
+//! rank 8 keep 0.2 % for b from 3° to 75°, in fog of σL:
+//!
+//! | rays up to | phase function | 10⁻⁶ | 0.1 | 1 | 4 |
+//! | --- | --- | --- | --- | --- | --- |
+//! | 3·L | isotropic | 1 (rank 1) | 1 | 1 | 2 |
+//! | 3·L | Rayleigh | 1 (rank 4) | 1 | 2 | 2 |
+//! | 3·L | g = 0.9 | 1 | 1 | 2 | 1 |
+//! | 3·L | g = −0.9 | 2 | 3 | 3 | 3 |
+//! | 50·L | isotropic | 1 (rank 1) | 10 | 2 | 2 |
+//! | 50·L | g = 0.9 | 1 | 6 | 2 | 1 |
+//!
+//! Long rays in thin fog are hard because light fades in a layer along the line b + g = π, of width `2·σL·sin b`: what
+//! lies along a diagonal has no low rank. In fog of σL = 1 that layer is wide, at 10⁻⁶ it holds no light.
 
 use std::f64::consts::PI;
 

@@ -136,10 +136,10 @@ impl<'a> Kernel<'a> {
     fn far_feature(&self, b_min: f64, b_max: f64, thin: f64) -> f64 {
         let at = |b: f64| {
             let missed = (PI - b - self.end(b)).max(0.0);
-            let layer = (self.depth * b.sin()).max(missed);
+            let layer = self.depth * b.sin();
             // Less than 5e-4 is too little light for anything.
-            let layer = if layer < 5e-4 { PI } else { layer.max(thin * layer.sqrt()) };
-            layer.min(0.5 * self.lobes[1] + missed)
+            let layer = if layer < 5e-4 { PI } else { layer.max(missed) };
+            layer.max(thin * layer.sqrt()).min(0.5 * self.lobes[1] + missed)
         };
         at(b_min).min(at(0.5 * (b_min + b_max))).min(at(b_max))
     }
