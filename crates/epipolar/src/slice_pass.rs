@@ -31,6 +31,8 @@ pub struct SlicePass<'a> {
     pub lengths: &'a [f64],
     pub layer: ShadowLayer<'a>,
     pub integrator: Integrator,
+    /// Columns that a texel may hide before it is cut exactly.
+    pub split_over: f32,
     pub level: Level,
     pub planes: &'a Planes,
 }
@@ -101,7 +103,8 @@ impl SliceScratch {
         // A pixel is in the gaps beside a slice if it is within a spacing of it, measured across; 45° slices are √2
         // wider along a column.
         let queries = columns * (2 * ((1.5 * spacing).ceil() as usize + 1));
-        let runs = 2 * map_side + 8;
+        // Every texel column has two cells; around the epipole cells are split, by up to all columns each.
+        let runs = 2 * map_side + 8 * columns + 64;
         self.row.clear(runs);
         for border in &mut self.borders {
             border.clear();
@@ -285,7 +288,7 @@ impl SlicePass<'_> {
         if let Some(line) = MapLine::sun(projection, eye, plane, order, f64::from(reach)) {
             let behind = if self.epipole.outward { columns } else { 0 };
             scratch.counts.texels += u64::from(line.columns);
-            scratch.row.append(self.level, &line, self.layer.texels(), columns, behind);
+            scratch.row.append(self.level, &line, self.layer.texels(), columns, behind, self.split_over);
             let [gamma, per_texel] = line.gamma;
             scratch.row.push(gamma + per_texel * line.length, columns);
         }

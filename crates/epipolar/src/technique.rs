@@ -129,6 +129,7 @@ impl VolumetricShadow for Epipolar {
                 lengths: &self.lengths,
                 layer,
                 integrator: self.options.integrator,
+                split_over: self.options.split_over,
                 level: self.level,
                 planes: &self.planes,
             };
