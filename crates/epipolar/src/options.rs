@@ -48,7 +48,7 @@ impl Options {
             rank: None,
             factor_error,
             factorisation: Factorisation::Chebyshev,
-            split_over: 1.0,
+            split_over: 0.0,
             integrator: Integrator::Sweep,
         }
     }

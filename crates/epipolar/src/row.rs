@@ -143,13 +143,12 @@ impl Row {
             }
             changes &= u32::MAX >> (32 - lanes as u32);
             last = lit[3][lanes - 1];
-            let [gamma, per_texel] = line.gamma;
             while changes != 0 {
                 let lane = changes.trailing_zeros() as usize % LANES;
                 changes &= changes - 1;
                 for cell in 0..2 {
                     let [from, to] = [lit[2 * cell][lane], lit[2 * cell + 1][lane]];
-                    self.push(gamma + per_texel * borders[cell][lane], from);
+                    self.push(line.gamma.at(borders[cell][lane]), from);
                     if from != to {
                         let ends = [borders[cell][lane], borders[cell + 1][lane]];
                         self.split(&surface, depths[cell][lane], [from, to], ends);
@@ -161,7 +160,6 @@ impl Row {
 
     /// Appends the light rays of one texel behind which the number of lit columns changes from `from` to `to`.
     fn split(&mut self, surface: &Surface<'_>, depth: f32, [from, to]: [u32; 2], [start, end]: [f32; 2]) {
-        let [gamma, per_texel] = surface.line.gamma;
         // Where the map is coarse beside the image near the epipole a texel may change every column; a row keeps to
         // its room, whatever the map holds.
         let room = (self.starts.len() - self.count).saturating_sub(2 * LANES + 4) as u32;
@@ -170,7 +168,7 @@ impl Row {
         for step in 0..steps {
             let (border, next) = if to > from { (from + step + 1, from + step + 1) } else { (from - step, from - step - 1) };
             at = surface.crossing(border as f32, depth).max(at).min(end);
-            self.push(gamma + per_texel * at, next);
+            self.push(surface.line.gamma.at(at), next);
         }
     }
 }
