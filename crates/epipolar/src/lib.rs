@@ -7,12 +7,12 @@ mod slices;
 
 mod map_line;
 mod row;
-mod tint;
 mod simd_level;
+mod tint;
 
 mod bands;
-mod integrand;
 mod factor;
+mod integrand;
 
 mod integrate;
 

@@ -188,6 +188,27 @@ impl LampFactors {
         interpolate(&self.gamma, self.lanes, g / std::f32::consts::PI, values);
     }
 
+    /// `∫ Γₖ dg` from one angle to another, 0 ≤ from ≤ to ≤ π: exact for the table, however many of its nodes lie between.
+    ///
+    /// This, not Γ in the middle, is the weight of an interval that is longer than a lobe is wide.
+    pub fn integral(&self, from: f64, to: f64) -> [f32; MAX_RANK] {
+        let step = PI / (self.gamma.len() / self.lanes - 1) as f64;
+        let mut sums = [0.0f64; MAX_RANK];
+        let (mut left, mut right) = ([0.0; MAX_RANK], [0.0; MAX_RANK]);
+        let mut at = from;
+        self.gamma_at(at as f32, &mut left);
+        while at < to {
+            // The next node; a millionth of a step keeps rounding from finding the same one again.
+            let next = (((at / step + 1e-6).floor() + 1.0) * step).min(to);
+            self.gamma_at(next as f32, &mut right);
+            for ((sum, l), r) in sums.iter_mut().zip(left).zip(right) {
+                *sum += 0.5 * (next - at) * (f64::from(l) + f64::from(r));
+            }
+            (at, left) = (next, right);
+        }
+        sums.map(|sum| sum as f32)
+    }
+
     /// `Bₖ` at `b` in [b_min, b_max].
     pub fn weights_at(&self, b: f32) -> [f32; MAX_RANK] {
         let mut values = [0.0; MAX_RANK];
