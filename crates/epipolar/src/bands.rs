@@ -34,8 +34,7 @@ impl Bands {
         let mut angles = [std::f64::consts::PI, 0.0f64];
         let mut visit = |p: DVec2| {
             let direction = camera.ray(p.x, p.y).direction;
-            let (sine, cosine) =
-                (direction.cross(epipole.to_light).length(), direction.dot(epipole.to_light));
+            let (sine, cosine) = (direction.cross(epipole.to_light).length(), direction.dot(epipole.to_light));
             let cosecant = 1.0 / sine.max(1.0 / STEEPEST);
             let angle = sine.atan2(cosine);
             angles = [angles[0].min(angle), angles[1].max(angle)];

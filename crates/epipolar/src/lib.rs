@@ -7,12 +7,12 @@ mod slices;
 
 mod map_line;
 mod row;
-mod simd_level;
 mod tint;
+mod simd_level;
 
 mod bands;
-mod factor;
 mod integrand;
+mod factor;
 
 mod integrate;
 

@@ -80,15 +80,7 @@ impl Row {
     }
 
     /// Appends the texels of a line; `behind` columns see what ends behind the camera.
-    pub fn append(
-        &mut self,
-        level: Level,
-        line: &MapLine,
-        texels: &[f32],
-        columns: u32,
-        behind: u32,
-        split_over: f32,
-    ) {
+    pub fn append(&mut self, level: Level, line: &MapLine, texels: &[f32], columns: u32, behind: u32, split_over: f32) {
         at_level!(level, self.append_cells(line, texels, columns as f32, behind as f32, split_over));
     }
 
@@ -174,8 +166,7 @@ impl Row {
         let steps = from.abs_diff(to).min(room);
         let mut at = start;
         for step in 0..steps {
-            let (border, next) =
-                if to > from { (from + step + 1, from + step + 1) } else { (from - step, from - step - 1) };
+            let (border, next) = if to > from { (from + step + 1, from + step + 1) } else { (from - step, from - step - 1) };
             at = surface.crossing(border as f32, depth).max(at).min(end);
             self.push(surface.line.gamma.at(at), next);
         }
@@ -195,11 +186,9 @@ impl Surface<'_> {
     fn lit_columns(&self, ends: [f32; 2], depth: f32) -> [f32; 2] {
         let z = depth.min(FARTHEST) - self.line.depth_base;
         let [n, d] = self.line.lit_columns;
-        let (numerator, denominator) =
-            ([n[0] + z * n[2], n[1] + z * n[3]], [d[0] + z * d[2], d[1] + z * d[3]]);
+        let (numerator, denominator) = ([n[0] + z * n[2], n[1] + z * n[3]], [d[0] + z * d[2], d[1] + z * d[3]]);
         ends.map(|t| {
-            let (numerator, denominator) =
-                (numerator[0] + numerator[1] * t, denominator[0] + denominator[1] * t);
+            let (numerator, denominator) = (numerator[0] + numerator[1] * t, denominator[0] + denominator[1] * t);
             let lit = if denominator > 0.0 { numerator / denominator } else { self.behind };
             lit.max(0.0).min(self.columns)
         })

@@ -14,8 +14,8 @@ use crate::planes::Planes;
 use crate::row::Row;
 use crate::simd_level::{Level, at_level};
 use crate::slice_plane::SlicePlane;
-use crate::slices::{Fan, Major, Slice, SliceSet};
 use crate::tint::TintedRow;
+use crate::slices::{Fan, Major, Slice, SliceSet};
 
 /// What all slices of a frame share.
 pub struct SlicePass<'a> {
@@ -367,8 +367,7 @@ impl SlicePass<'_> {
                 });
                 // In the order of γ; `None` first.
                 faces.sort_unstable_by(|a, b| {
-                    let start =
-                        |face: &Option<(f32, usize, MapLine)>| face.as_ref().map_or(-1.0, |face| face.0);
+                    let start = |face: &Option<(f32, usize, MapLine)>| face.as_ref().map_or(-1.0, |face| face.0);
                     start(a).total_cmp(&start(b))
                 });
                 for (_, face, line) in faces.into_iter().flatten() {

@@ -137,7 +137,9 @@ impl VolumetricShadow for Epipolar {
             let next = AtomicUsize::new(0);
             let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
             for_each_worker(&mut self.workers, |scratch| {
-                while let Some(&(fan, first)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
+                while let Some(&(fan, first)) =
+                    tasks.get(next.fetch_add(1, Ordering::Relaxed))
+                {
                     let end = (first + TASK).min(pass.slices.fans[fan].count);
                     pass.run(&pass.slices.fans[fan], &fan_pixels[fan], first..end, scratch);
                 }
