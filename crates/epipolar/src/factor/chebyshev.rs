@@ -104,26 +104,33 @@ impl Band {
     pub(super) fn prefix(&self, lanes: usize, intervals: usize, table: &mut Vec<f32>) {
         table.clear();
         table.resize((intervals + 1) * lanes, 0.0);
-        let mut projection = self.projection;
-        for (row, y) in projection.iter_mut().zip(self.points) {
-            let scale = self.tilt(y) / (self.optical_depth * y);
-            row.iter_mut().for_each(|c| *c *= scale);
+        match lanes {
+            1 => self.fill_prefix::<1>(intervals, table),
+            2 => self.fill_prefix::<2>(intervals, table),
+            4 => self.fill_prefix::<4>(intervals, table),
+            _ => self.fill_prefix::<MAX_RANK>(intervals, table),
         }
-        // 1 − e^{−x·yⱼ} grows by (1 − itself)·(1 − e^{−Δx·yⱼ}) a node: positive terms only, so that 8192 steps keep
+    }
+
+    fn fill_prefix<const LANES: usize>(&self, intervals: usize, table: &mut [f32]) {
+        let projection: [[f64; LANES]; POINTS] = std::array::from_fn(|j| {
+            let y = self.points[j];
+            let scale = self.tilt(y) / (self.optical_depth * y);
+            std::array::from_fn(|k| if k < self.rank { scale * self.projection[j][k] } else { 0.0 })
+        });
+        // 1 − e^{−x·yⱼ} grows by (1 − itself)·(1 − e^{−Δx·yⱼ}) a node: positive terms only, so that 16384 steps keep
         // 12 digits, and exact as the optical depth goes to 0, where a product of exponentials would lose everything.
         let step = self.points.map(|y| absorbed(self.optical_depth * y / intervals as f64));
         let mut sofar = [0.0; POINTS];
-        for node in table.chunks_exact_mut(lanes) {
-            let mut sums = [0.0; MAX_RANK];
+        for node in table.as_chunks_mut::<LANES>().0 {
+            let mut sums = [0.0; LANES];
             for (j, row) in projection.iter().enumerate() {
                 for (sum, c) in sums.iter_mut().zip(row) {
                     *sum += c * sofar[j];
                 }
                 sofar[j] += (1.0 - sofar[j]) * step[j];
             }
-            for (value, sum) in node[..self.rank].iter_mut().zip(sums) {
-                *value = sum as f32;
-            }
+            *node = sums.map(|sum| sum as f32);
         }
     }
 
