@@ -16,8 +16,10 @@ mod factor;
 
 mod integrate;
 
-mod planes;
+
 mod resolve;
+mod answer;
+mod shares;
 mod slice_pass;
 
 mod options;

@@ -9,6 +9,7 @@ use scatter_core::{
 
 use crate::factor::Factorisation;
 use crate::integrate::Integrator;
+use crate::slice_pass::{MOST_HALVINGS, Refinement};
 use crate::technique::{Epipolar, ID};
 
 /// Options of [`Epipolar`].
@@ -16,6 +17,8 @@ use crate::technique::{Epipolar, ID};
 pub struct Options {
     /// Distance of slices \[pixels\], 1/16 to 16.
     pub spacing: f64,
+    /// When a further slice goes between two that differ.
+    pub refinement: Refinement,
     /// Terms of the factorisation, 1 to 8; `None` takes as many as `factor_error` asks for.
     pub rank: Option<u32>,
     /// Largest error of the factorisation, relative to a pixel's unoccluded radiance.
@@ -38,13 +41,15 @@ impl Default for Options {
 impl Options {
     /// The preset of a level.
     pub fn for_quality(level: Quality) -> Self {
-        let (spacing, factor_error) = match level {
-            Quality::Preview => (2.0, 1e-2),
-            Quality::Game => (1.0, 3e-3),
-            Quality::Film => (0.5, 1e-3),
+        let (spacing, halvings, factor_error) = match level {
+            Quality::Preview => (4.0, 3, 1e-2),
+            Quality::Game => (4.0, 4, 3e-3),
+            Quality::Film => (2.0, 4, 1e-3),
         };
+        let tolerance = level.error() as f32;
         Self {
             spacing,
+            refinement: Refinement { tolerance, floor: 0.01, halvings },
             rank: None,
             factor_error,
             factorisation: Factorisation::Chebyshev,
@@ -57,6 +62,12 @@ impl Options {
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), OptionError> {
         match key {
             "spacing" => self.spacing = INFO.parse("spacing", value, |s| (1.0 / 16.0..=16.0).contains(s))?,
+            "tolerance" => {
+                self.refinement.tolerance = INFO.parse("tolerance", value, |t| (0.0..=1.0).contains(t))?;
+            }
+            "halvings" => {
+                self.refinement.halvings = INFO.parse("halvings", value, |h| (0..=MOST_HALVINGS).contains(h))?;
+            }
             "split" => self.split_over = INFO.parse("split", value, |s| (0.0..=16.0).contains(s))?,
             "rank" => self.rank = INFO.parse::<Rank>("rank", value, |_| true)?.0,
             "factorisation" => {
@@ -135,6 +146,20 @@ static INFO: TechniqueInfo = TechniqueInfo {
             unit: "pixels",
             range: "a number from 0.0625 to 16",
             default: || Options::default().spacing.to_string(),
+        },
+        OptionInfo {
+            key: "tolerance",
+            summary: "difference of neighbouring slices, relative to the radiance, that is interpolated over",
+            unit: "",
+            range: "a number from 0 to 1",
+            default: || Options::default().refinement.tolerance.to_string(),
+        },
+        OptionInfo {
+            key: "halvings",
+            summary: "how often the gap between slices that differ is halved",
+            unit: "",
+            range: "an integer from 0 to 6",
+            default: || Options::default().refinement.halvings.to_string(),
         },
         OptionInfo {
             key: "split",

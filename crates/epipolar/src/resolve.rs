@@ -9,7 +9,7 @@ use scatter_core::{
     Camera, DirectionalLight, Frame, LampIntegralF32, Light, Medium, Window, exp_f32, walked_radiance,
 };
 
-use crate::planes::Planes;
+use crate::shares::Shares;
 
 /// Pixels that are resolved side by side.
 const LANES: usize = 16;
@@ -18,14 +18,14 @@ const LANES: usize = 16;
 pub struct Resolve<'a> {
     frame: &'a Frame<'a>,
     /// Shares of the pixels and their channels; `None` if nothing casts a shadow.
-    shares: Option<(&'a Planes, usize)>,
+    shares: Option<(&'a Shares, usize)>,
     sun: Option<SunLight<'a>>,
     sigma_t: [f32; 3],
 }
 
 impl<'a> Resolve<'a> {
     /// For a frame whose slices have left their shares, one or three channels.
-    pub fn new(frame: &'a Frame<'a>, shares: Option<(&'a Planes, usize)>) -> Self {
+    pub fn new(frame: &'a Frame<'a>, shares: Option<(&'a Shares, usize)>) -> Self {
         let sun = match frame.light() {
             Light::Directional(sun) => Some(SunLight::new(frame, sun)),
             Light::Point(_) | Light::Spot(_) => None,
@@ -49,13 +49,13 @@ impl<'a> Resolve<'a> {
             }
             let mut radiance = self.unoccluded(x as u32, y, lanes, &ends);
             let mut left_out = 0u32;
-            if let Some((planes, channels)) = self.shares {
+            if let Some((slots, channels)) = self.shares {
                 for channel in 0..3 {
                     if channel > 0 && channels == 1 {
                         continue;
                     }
                     for lane in 0..lanes {
-                        match planes.take(first_pixel + x + lane, channel) {
+                        match slots.take(first_pixel + x + lane, channel) {
                             Some(share) if channels == 1 => {
                                 radiance.iter_mut().for_each(|values| values[lane] *= share);
                             }

@@ -13,16 +13,17 @@ use crate::epipole::Epipole;
 use crate::fan_pixels::FanPixels;
 use crate::integrand::{Integrand, Precision};
 use crate::options::Options;
-use crate::planes::Planes;
+use crate::shares::Shares;
 use crate::resolve::Resolve;
 use crate::simd_level::{self, Level, at_level};
-use crate::slice_pass::{SlicePass, SliceScratch};
+use crate::answer::{Answerer, Manner};
+use crate::slice_pass::{SlicePass, Worker};
 use crate::slices::{Slice, SliceSet};
 
 /// The id of [`Epipolar`].
 pub const ID: &str = "epipolar";
 
-/// Slices of a task. More keep threads idle at the end of a frame, fewer compute more borders twice.
+/// Gaps of a task. More keep threads idle at the end of a frame, fewer integrate more slices twice.
 const TASK: usize = 32;
 
 /// Baran's integrator, with its buffers.
@@ -34,8 +35,8 @@ pub struct Epipolar {
     fan_pixels: Vec<FanPixels>,
     tasks: Vec<(usize, usize)>,
     integrand: Integrand,
-    planes: Planes,
-    workers: Vec<SliceScratch>,
+    shares: Shares,
+    workers: Vec<Worker>,
 }
 
 impl Epipolar {
@@ -48,7 +49,7 @@ impl Epipolar {
             fan_pixels: Vec::new(),
             tasks: Vec::new(),
             integrand: Integrand::default(),
-            planes: Planes::default(),
+            shares: Shares::default(),
             workers: Vec::new(),
         }
     }
@@ -58,9 +59,9 @@ impl Epipolar {
     fn memory_bytes(&self) -> u64 {
         let slices = self.slices.slices.capacity() * size_of::<Slice>();
         let pixels = self.fan_pixels.iter().map(|fan| fan.ranges.capacity() * size_of::<[i32; 2]>());
-        let workers = self.workers.iter().map(SliceScratch::memory_bytes);
+        let workers = self.workers.iter().map(Worker::memory_bytes);
         let tasks = self.tasks.capacity() * size_of::<(usize, usize)>();
-        let tables = self.integrand.memory_bytes() + self.planes.memory_bytes();
+        let tables = self.integrand.memory_bytes() + self.shares.memory_bytes();
         (slices + tasks + tables + pixels.chain(workers).sum::<usize>()) as u64
     }
 }
@@ -94,7 +95,7 @@ impl VolumetricShadow for Epipolar {
         self.tasks.clear();
         for (index, fan) in self.slices.fans.iter().enumerate() {
             self.fan_pixels[index].find(&epipole, frame.size(), fan, &self.slices.slices);
-            self.tasks.extend((0..fan.count).step_by(TASK).map(|first| (index, first)));
+            self.tasks.extend((0..fan.count - 1).step_by(TASK).map(|first| (index, first)));
         }
         let bands = Bands::cover(camera, &epipole, &self.slices, 2.0);
         let longest = frame.depth().texels().iter().fold(0.0f32, |a, &b| a.max(b));
@@ -106,9 +107,9 @@ impl VolumetricShadow for Epipolar {
         };
         self.integrand.rebuild(frame, bands, longest, precision);
         let channels = if frame.texture().is_some() { 3 } else { self.integrand.channels() };
-        self.planes.resize(pixel_count, channels);
+        self.shares.resize(pixel_count, channels);
         let workers = worker_count();
-        self.workers.resize_with(workers, SliceScratch::default);
+        self.workers.resize_with(workers, Worker::default);
         // Glass colours light that nothing shadows, too.
         let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
         let side = frame.shadow().layers().next().map_or(0, |layer| {
@@ -117,31 +118,29 @@ impl VolumetricShadow for Epipolar {
         });
         for worker in &mut self.workers {
             worker.reserve(frame, side, self.options.spacing, &self.integrand);
-            worker.counts = Default::default();
         }
         clock.lap(&mut stats, "set-up");
 
         if shadowed {
+            let Options { integrator, split_over, .. } = self.options;
+            let manner = Manner { integrator, split_over, level: self.level };
             let pass = SlicePass {
                 frame,
-                camera,
-                epipole,
-                slices: &self.slices,
-                integrand: &self.integrand,
-                integrator: self.options.integrator,
-                split_over: self.options.split_over,
+                answerer: Answerer::new(frame, epipole, &self.integrand, manner, channels),
+                slices: &self.slices.slices,
+                shares: &self.shares,
+                refinement: self.options.refinement,
                 level: self.level,
-                planes: &self.planes,
-                channels,
             };
+            let fans = &self.slices.fans;
             let next = AtomicUsize::new(0);
             let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
             for_each_worker(&mut self.workers, |scratch| {
                 while let Some(&(fan, first)) =
                     tasks.get(next.fetch_add(1, Ordering::Relaxed))
                 {
-                    let end = (first + TASK).min(pass.slices.fans[fan].count);
-                    pass.run(&pass.slices.fans[fan], &fan_pixels[fan], first..end, scratch);
+                    let end = (first + TASK).min(fans[fan].count - 1);
+                    pass.run(&fans[fan], &fan_pixels[fan], first..end, scratch);
                 }
             });
         }
@@ -149,7 +148,7 @@ impl VolumetricShadow for Epipolar {
 
         out.resize(frame.size());
         let (inscattered, transmittance) = out.pixels_mut();
-        let resolve = Resolve::new(frame, shadowed.then_some((&self.planes, channels)));
+        let resolve = Resolve::new(frame, shadowed.then_some((&self.shares, channels)));
         let walked = AtomicU64::new(0);
         let level = self.level;
         for_each_row(inscattered, transmittance, width as usize, |y, inscattered, transmittance| {
@@ -157,13 +156,13 @@ impl VolumetricShadow for Epipolar {
             walked.fetch_add(count, Ordering::Relaxed);
         });
         clock.lap(&mut stats, "resolve");
-        let sum = |count: fn(&SliceScratch) -> u64| self.workers.iter().map(count).sum::<u64>();
-        stats.counts.push("slices", self.slices.slices.len() as u64);
+        let sum = |count: fn(&Worker) -> u64| self.workers.iter().map(count).sum::<u64>();
+        stats.counts.push("slices", sum(|worker| worker.counts().slices));
         stats.counts.push("bands", self.integrand.band_count() as u64);
         stats.counts.push("rank", self.integrand.rank() as u64);
-        stats.counts.push("texel columns", sum(|worker| worker.counts.texels));
-        stats.counts.push("runs", sum(|worker| worker.counts.runs));
-        stats.counts.push("queries", sum(|worker| worker.counts.queries));
+        stats.counts.push("texel columns", sum(|worker| worker.counts().texels));
+        stats.counts.push("runs", sum(|worker| worker.counts().runs));
+        stats.counts.push("queries", sum(|worker| worker.counts().queries));
         stats.counts.push("walked pixels", walked.into_inner());
         stats.memory_bytes = self.memory_bytes();
         Ok(stats)
@@ -177,7 +176,7 @@ fn worker_count() -> usize {
     1
 }
 
-fn for_each_worker(workers: &mut [SliceScratch], work: impl Fn(&mut SliceScratch) + Sync) {
+fn for_each_worker(workers: &mut [Worker], work: impl Fn(&mut Worker) + Sync) {
     #[cfg(feature = "rayon")]
     {
         use rayon::prelude::*;
