@@ -285,12 +285,14 @@ impl LampChannel {
                 let direction = direction_of_turn(turn);
                 direction.y.atan2(direction.x)
             };
-            let mut values = [0.0; 8];
             let mut from = 0.0;
             for interval in 0..TURNS {
-                let to = if interval + 1 == TURNS { PI } else { angle((interval + 1) as f64 * (2.0 / TURNS as f64)) };
-                factors.gamma_at((0.5 * (from + to)) as f32, &mut values);
-                pieces.extend(values[..lanes].iter().map(|value| value * (to - from) as f32));
+                let to = if interval + 1 == TURNS {
+                    PI
+                } else {
+                    angle((interval + 1) as f64 * (2.0 / TURNS as f64))
+                };
+                pieces.extend(&factors.integral(from, to)[..lanes]);
                 from = to;
             }
         }

@@ -7,18 +7,17 @@ mod slices;
 
 mod map_line;
 mod row;
-mod tint;
 mod simd_level;
+mod tint;
 
 mod bands;
-mod integrand;
 mod factor;
+mod integrand;
 
 mod integrate;
 
-
-mod resolve;
 mod answer;
+mod resolve;
 mod shares;
 mod slice_pass;
 

@@ -237,14 +237,15 @@ impl MapLine {
         }
         let [numerator, depth] = order.lit_rows(plane.column_from_plane());
         // A point at depth z of the map: across q·z, to the light L − p·z.
-        let factors = |row: DVec2| {
-            [row.y * distance, 0.0, row.x * q[0] - row.y * p[0], row.x * q[1] - row.y * p[1]]
-        };
+        let factors =
+            |row: DVec2| [row.y * distance, 0.0, row.x * q[0] - row.y * p[0], row.x * q[1] - row.y * p[1]];
         let start = base + step * from;
-        Self::walk_from(projection.size(), major, start.to_array(), step.to_array(), to - from).map(|line| Self {
-            gamma: Gamma::Turn([p, q].map(|part| part.map(|f| f as f32))),
-            lit_columns: [factors(numerator), factors(depth)].map(|row| row.map(|f| f as f32)),
-            ..line
+        Self::walk_from(projection.size(), major, start.to_array(), step.to_array(), to - from).map(|line| {
+            Self {
+                gamma: Gamma::Turn([p, q].map(|part| part.map(|f| f as f32))),
+                lit_columns: [factors(numerator), factors(depth)].map(|row| row.map(|f| f as f32)),
+                ..line
+            }
         })
     }
 

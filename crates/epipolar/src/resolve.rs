@@ -220,5 +220,11 @@ fn lit_length(sigma: f32, end: f32) -> f32 {
     let long = (1.0 - exp_f32(-x)) / sigma;
     // σ = 0 and d = ∞ scatters nothing, and must not become NaN.
     let short = end.min(f32::MAX) * series;
-    if x >= 0.5 { long } else if sigma == 0.0 { end.min(f32::MAX) } else { short }
+    if x >= 0.5 {
+        long
+    } else if sigma == 0.0 {
+        end.min(f32::MAX)
+    } else {
+        short
+    }
 }
