@@ -200,7 +200,7 @@ impl Integrand {
         let (towards, across) = (-axis.dot(plane.to_light) as f32, axis.dot(plane.across) as f32);
         let (outer, slope) = (spot.cos_outer() as f32, spot.cone_slope() as f32);
         cone.extend(self.turns.iter().map(|[cos, sin]| {
-            let factor = ((towards * cos + across * sin - outer) * slope).max(0.0).min(1.0);
+            let factor = ((towards * cos + across * sin - outer) * slope).clamp(0.0, 1.0);
             factor * factor
         }));
     }

@@ -75,9 +75,9 @@ impl<'a> Resolve<'a> {
                 inscattered[x + lane as usize] = exact.as_vec3().to_array();
                 walked += 1;
             }
-            for channel in 0..3 {
+            for (channel, &sigma) in self.sigma_t.iter().enumerate() {
                 for lane in 0..lanes {
-                    transmittance[x + lane][channel] = transmittance_of(self.sigma_t[channel], ends[lane]);
+                    transmittance[x + lane][channel] = transmittance_of(sigma, ends[lane]);
                 }
             }
         }
@@ -155,14 +155,14 @@ impl<'a> SunLight<'a> {
     fn radiance(&self, x: u32, y: u32, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
         let mut radiance = self.source(x, y);
         let mut lengths = [0.0f32; LANES];
-        for channel in 0..3 {
+        for (channel, values) in radiance.iter_mut().enumerate() {
             if channel == 0 || !self.grey {
                 for lane in 0..LANES {
                     lengths[lane] = lit_length(self.sigma_t[channel], ends[lane]);
                 }
             }
             for lane in 0..LANES {
-                radiance[channel][lane] *= lengths[lane];
+                values[lane] *= lengths[lane];
             }
         }
         radiance

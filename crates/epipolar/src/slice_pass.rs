@@ -193,7 +193,7 @@ impl SlicePass<'_> {
                     worker.asks.push((offset - from) as u32, self.answerer.end(depth[place as usize]));
                 }
                 if pixel >= middle {
-                    let part = if gap > 0.0 { ((pixel as f32 - line) / gap).max(0.0).min(1.0) } else { 0.5 };
+                    let part = if gap > 0.0 { ((pixel as f32 - line) / gap).clamp(0.0, 1.0) } else { 0.5 };
                     gap_behind.push(GapPixel { column, place, part, before: [0.0; 3], behind: [0.0; 3] });
                 }
             }
@@ -295,8 +295,8 @@ impl SlicePass<'_> {
                 let share = worker.asks.shares(channel)[index];
                 if side == 0 { own.behind[channel] = share } else { own.before[channel] = share }
             }
-            own.part = if side == 0 { pixel.part / cut } else { (pixel.part - cut) / (1.0 - cut) };
-            own.part = own.part.max(0.0).min(1.0);
+            let [offset, width] = if side == 0 { [pixel.part, cut] } else { [pixel.part - cut, 1.0 - cut] };
+            own.part = if width > 0.0 { (offset / width).clamp(0.0, 1.0) } else { 0.5 };
             self.finish_pixel(&own, level + 1, &mut halves[side]);
         }
         for (side, half) in halves.iter().enumerate() {

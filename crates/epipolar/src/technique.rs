@@ -187,11 +187,11 @@ fn worker_count() -> usize {
     1
 }
 
-fn for_each_worker(workers: &mut [Worker], work: impl Fn(&mut Worker) + Sync) {
+fn for_each_worker(workers: &mut [Worker], work: impl Fn(&mut Worker) + Sync + Send) {
     #[cfg(feature = "rayon")]
     {
         use rayon::prelude::*;
-        workers.par_iter_mut().with_max_len(1).for_each(|worker| work(worker));
+        workers.par_iter_mut().with_max_len(1).for_each(work);
     }
     #[cfg(not(feature = "rayon"))]
     workers.iter_mut().for_each(work);
