@@ -28,6 +28,8 @@ pub enum Command {
     Methods(Methods),
     /// The built-in shots: what each is there to show, triangles, light, optical depth
     Shots(Shots),
+    /// Every technique on every extreme, against closed forms; exit 1 if a number is wrong
+    Stress(crate::commands::stress::Stress),
     /// Everything CI checks: format, lints, docs, all tests, a quick validate
     Test,
 }

@@ -4,5 +4,6 @@ pub mod compare;
 pub mod methods;
 pub mod render;
 pub mod shots;
+pub mod stress;
 pub mod test;
 pub mod validate;

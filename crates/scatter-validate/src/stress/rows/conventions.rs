@@ -73,7 +73,7 @@ pub fn rows() -> Vec<StressRow> {
                     let name =
                         format!("{lens_name}, {depth_name}, epipole {epipole_name}, eye {eye_name} the map");
                     let scene = scene(lens, depth, epipole, eye_inside);
-                    let tolerance = ROUNDING + depth_rounding(depth);
+                    let tolerance = ROUNDING + depth_rounding(lens, depth);
                     let expectation = Expectation::Exact;
                     rows.push(StressRow::expecting(
                         "engine conventions",
@@ -91,13 +91,15 @@ pub fn rows() -> Vec<StressRow> {
 
 /// How far the end of a ray is off as a share of its length, which is at most what it changes of the radiance.
 ///
-/// Forward z near 1 is rounded to 2⁻²⁵: dv/v = v·(f − n)/(f·n)·2⁻²⁵, for distances of up to 30 units. Reversed z keeps
-/// 2⁻²⁴ of its own value, and so of the distance, at every distance; finite far planes add (1 − z) at most.
-fn depth_rounding(depth: Depth) -> f64 {
+/// z near 1 is rounded to 2⁻²⁵. Forward z of a perspective: dv/v = v·(f − n)/(f·n)·2⁻²⁵, for distances of up to 30
+/// units. Linear z of a parallel projection: dv = (f − n)·2⁻²⁵, of rays that are 1 unit long and longer. Reversed z of
+/// a perspective and view z keep 2⁻²⁴ of their own value, and so of the distance; a finite far plane adds as much.
+fn depth_rounding(lens: Lens, depth: Depth) -> f64 {
     let half_ulp = f64::from(f32::EPSILON) / 4.0;
-    match depth {
-        Depth::Forward => 30.0 * (FAR - NEAR) / (FAR * NEAR) * half_ulp,
-        Depth::Reversed | Depth::ReversedInfinite => 4.0 * half_ulp,
+    match (lens, depth) {
+        (Lens::Orthographic, Depth::Forward | Depth::Reversed) => (FAR - NEAR) * half_ulp,
+        (_, Depth::Forward) => 30.0 * (FAR - NEAR) / (FAR * NEAR) * half_ulp,
+        (_, Depth::Reversed | Depth::ReversedInfinite) => 4.0 * half_ulp,
     }
 }
 
@@ -305,7 +307,11 @@ mod tests {
                     let decoded = f64::from(distance).min(scene.max_distance);
                     let off = (decoded - ray.end).abs() / ray.end;
                     // The f32 distance itself, besides.
-                    assert!(off <= depth_rounding(depth) + 6e-8, "{lens:?} {depth:?}: {decoded} {}", ray.end);
+                    assert!(
+                        off <= depth_rounding(lens, depth) + 6e-8,
+                        "{lens:?} {depth:?}: {decoded} {}",
+                        ray.end
+                    );
                 }
             }
         }
