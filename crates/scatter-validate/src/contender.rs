@@ -1,7 +1,7 @@
 //! What is put to the test: a technique at its finest setting, or the reference that judges the others.
 
 use raymarch_ref::ShadowMapWalk;
-use scatter_core::{OptionError, Quality, SceneFacts, Target, Technique, VolumetricShadow};
+use scatter_core::{OptionError, Quality, SceneFacts, Target, Technique, TechniqueInfo, VolumetricShadow};
 
 use crate::matrix::SHADOW_MAP_TRUTH;
 
@@ -10,6 +10,8 @@ use crate::matrix::SHADOW_MAP_TRUTH;
 pub enum Contender<'a> {
     /// Shadow-map truth: judged to rounding.
     Reference,
+    /// Something that is held to rounding as well: a mutant of the reference.
+    Exact(&'a dyn Technique),
     /// A technique, at the finest rung of its ladder and at the finest level.
     Technique(&'a dyn Technique),
 }
@@ -21,36 +23,66 @@ impl<'a> Contender<'a> {
         std::iter::once(Self::Reference).chain(techniques).collect()
     }
 
+    /// What tools see of it.
+    pub fn technique(&self) -> &'a dyn Technique {
+        match self {
+            Self::Reference => &ReferenceTechnique,
+            Self::Exact(technique) | Self::Technique(technique) => *technique,
+        }
+    }
+
     /// Its id.
     pub fn id(&self) -> &'static str {
-        match self {
-            Self::Reference => SHADOW_MAP_TRUTH,
-            Self::Technique(technique) => technique.info().id,
-        }
+        self.technique().info().id
     }
 
     /// Whether it is held to rounding.
     pub fn is_reference(&self) -> bool {
-        matches!(self, Self::Reference)
+        !matches!(self, Self::Technique(_))
     }
 
     /// The options of the finest rung.
     pub fn finest(&self) -> Vec<(&'static str, String)> {
-        match self {
-            Self::Reference => Vec::new(),
-            Self::Technique(technique) => technique.ladder().pop().unwrap_or_default(),
-        }
+        self.technique().ladder().pop().unwrap_or_default()
     }
 
     /// A new instance for a frame with these facts.
     pub fn instance(&self, facts: &SceneFacts) -> Result<Box<dyn VolumetricShadow>, OptionError> {
-        match self {
-            Self::Reference => Ok(Box::new(ShadowMapWalk::new())),
-            Self::Technique(technique) => {
-                let finest = self.finest();
-                let finest: Vec<_> = finest.iter().map(|(key, value)| (*key, value.as_str())).collect();
-                technique.configure(Target::Quality(Quality::Film), &finest, facts)
-            }
-        }
+        let finest = self.finest();
+        let finest: Vec<_> = finest.iter().map(|(key, value)| (*key, value.as_str())).collect();
+        self.technique().configure(Target::Quality(Quality::Film), &finest, facts)
+    }
+}
+
+/// Shadow-map truth as a technique without options, for what takes techniques.
+struct ReferenceTechnique;
+
+static REFERENCE_INFO: TechniqueInfo = TechniqueInfo {
+    id: SHADOW_MAP_TRUTH,
+    summary: "the exact image for the shadow map, texel by texel, f64",
+    paper: "",
+    lights: &["directional", "point", "spot", "textured"],
+    media: &["grey", "rgb", "every sum of phase functions"],
+    cameras: &["perspective", "off-centre", "orthographic"],
+    cannot: &[],
+    options: &[],
+};
+
+impl Technique for ReferenceTechnique {
+    fn info(&self) -> &'static TechniqueInfo {
+        &REFERENCE_INFO
+    }
+
+    fn configure(
+        &self,
+        _target: Target,
+        _overrides: &[(&str, &str)],
+        _facts: &SceneFacts,
+    ) -> Result<Box<dyn VolumetricShadow>, OptionError> {
+        Ok(Box::new(ShadowMapWalk::new()))
+    }
+
+    fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
+        Vec::new()
     }
 }

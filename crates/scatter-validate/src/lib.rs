@@ -12,6 +12,7 @@ pub mod texel_cells;
 
 pub mod checks;
 pub mod contender;
+pub mod mutants;
 pub mod stress;
 
 pub mod staged_shot;

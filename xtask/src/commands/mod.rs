@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod methods;
+pub mod mutants;
 pub mod render;
 pub mod shots;
 pub mod stress;
