@@ -34,7 +34,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     let methods: Vec<&str> = references.into_iter().chain(ids).collect();
     let survivors = results.iter().filter(|result| !result.is_rejected()).count();
     if rendering.json {
-        let rows: Vec<Value> = results.iter().flat_map(|result| documents(result, &methods)).collect();
+        let rows: Vec<Value> = results.iter().flat_map(documents).collect();
         print_json(&json!({ "machine": Machine::this(), "rows": rows }))?;
     } else {
         print("what must be rejected; in brackets the error of the correct technique at the same rung\n\n")?;
@@ -44,14 +44,14 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     Ok(if survivors == 0 { Verdict::Well } else { Verdict::OutOfTolerance })
 }
 
-fn documents(result: &MutantResult, methods: &[&str]) -> Vec<Value> {
-    let outcomes = result.outcomes.iter().zip(methods);
+fn documents(result: &MutantResult) -> Vec<Value> {
+    let outcomes = result.outcomes.iter();
     outcomes
-        .map(|(outcome, method)| {
+        .map(|outcome| {
             json!({
                 "mutant": result.name,
                 "rung": result.rung,
-                "method": method,
+                "method": outcome.method,
                 "correct": outcome.correct.to_string(),
                 "wrong": outcome.mutant.to_string(),
                 "verdict": match (outcome.says_nothing(), outcome.is_rejected()) {

@@ -111,6 +111,24 @@ impl Fault {
         }
     }
 
+    /// Whether it shows as a frame that is wrong in one thing.
+    pub fn is_of_input(self) -> bool {
+        matches!(
+            self,
+            Self::GSignFlipped
+                | Self::NearAndFarSwapped
+                | Self::MapReadOneTexelFurther
+                | Self::LastStepDropped
+                | Self::MapShiftedByHalfATexel
+                | Self::DepthReadAsZ
+                | Self::EyeMoved
+                | Self::ScatteringAndAbsorptionSwapped
+                | Self::MaxDistanceIgnored
+                | Self::CascadesReversed
+                | Self::TextureIgnored
+        )
+    }
+
     /// Group and name of the row that must reject it.
     ///
     /// Rows without a shadow are exact for everybody, so that a small fault shows; faults of look-ups need maps whose

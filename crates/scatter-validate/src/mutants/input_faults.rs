@@ -10,6 +10,9 @@ use super::fault::Fault;
 
 /// Hands over the frame, or one that is wrong in what the fault names.
 pub fn with_wrong_input<R>(fault: Fault, frame: &Frame<'_>, use_frame: impl FnOnce(&Frame<'_>) -> R) -> R {
+    if !fault.is_of_input() {
+        return use_frame(frame);
+    }
     let mut use_frame = Some(use_frame);
     let wrong = wrong_frame(fault, frame, &mut use_frame);
     // What cannot be made wrong is left right: the mutant survives, and that is reported.

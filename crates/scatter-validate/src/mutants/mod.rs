@@ -41,6 +41,8 @@ pub struct MutantResult {
 /// What the rung said.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MutantOutcome {
+    /// Id of what the mutant was made around.
+    pub method: &'static str,
     /// To the correct technique.
     pub correct: Cell,
     /// To the mutant.
@@ -106,11 +108,11 @@ fn label((group, name): (&str, &str)) -> String {
 fn outcome(rung: (&str, &str), correct: &Contender<'_>, mutant: &Contender<'_>) -> MutantOutcome {
     let Some(row) = row(rung) else {
         let missing = Cell::fault(format!("the matrix has no row {}", label(rung)));
-        return MutantOutcome { correct: missing.clone(), mutant: missing };
+        return MutantOutcome { method: correct.id(), correct: missing.clone(), mutant: missing };
     };
     let mut cells = run(row, &[*correct, *mutant]).cells.into_iter().map(|(cell, _)| cell);
     let mut next = || cells.next().unwrap_or_else(|| Cell::fault("the row has no cell"));
-    MutantOutcome { correct: next(), mutant: next() }
+    MutantOutcome { method: correct.id(), correct: next(), mutant: next() }
 }
 
 fn row((group, name): (&str, &str)) -> Option<StressRow> {

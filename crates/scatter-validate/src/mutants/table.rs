@@ -17,13 +17,15 @@ pub fn table(results: &[MutantResult], methods: &[&str]) -> String {
     for result in results {
         let mut line = format!("{:<40}", result.name);
         for outcome in &result.outcomes {
-            let _ = write!(line, "  {:<26}", verdict(outcome));
+            // What is made around something else than the columns' techniques says so.
+            let own = if methods.contains(&outcome.method) { "" } else { outcome.method };
+            let verdict = format!("{own} {}", verdict(outcome));
+            let _ = write!(line, "  {:<26}", verdict.trim_start());
         }
         let _ = writeln!(text, "{}\n    by {}", line.trim_end(), result.rung);
     }
     for result in results.iter().filter(|result| !result.is_rejected()) {
-        for (outcome, method) in result.outcomes.iter().zip(methods) {
-            let MutantOutcome { correct, mutant } = outcome;
+        for MutantOutcome { method, correct, mutant } in &result.outcomes {
             let _ = writeln!(text, "SURVIVES {method}, {}: correct {correct}; mutant {mutant}", result.name);
         }
     }
