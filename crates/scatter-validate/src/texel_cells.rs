@@ -234,12 +234,23 @@ fn common(a: Span, b: Span) -> Option<Span> {
     (span.1 > span.0).then_some(span)
 }
 
+/// Gap between two neighbouring texels' shadows, as a share of its distance (of 1 near the eye), that is rounding: both
+/// borders are the same border, computed from either side in a few operations of f64.
+const ROUNDING_GAP: f64 = 1e-12;
+
 /// What is left of `spans` (disjoint, in order) when `holes` are taken out.
 fn without(spans: &[Span], mut holes: Vec<Span>) -> Vec<Span> {
     holes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut joined: Vec<Span> = Vec::with_capacity(holes.len());
+    for (from, to) in holes {
+        match joined.last_mut() {
+            Some((_, end)) if from - *end <= ROUNDING_GAP * end.max(1.0) => *end = end.max(to),
+            _ => joined.push((from, to)),
+        }
+    }
     let mut left = Vec::new();
     for &(mut start, end) in spans {
-        for &(from, to) in &holes {
+        for &(from, to) in &joined {
             left.extend(common((start, end), (start, from)));
             start = start.max(to);
         }
@@ -320,4 +331,60 @@ impl<'a> Physics<'a> {
 
 fn transmittance(sigma: f64, end: f64) -> f64 {
     if sigma == 0.0 { 1.0 } else { (-sigma * end).exp() }
+}
+
+#[cfg(test)]
+mod tests {
+    use scatter_core::ModelError;
+
+    use super::*;
+    use crate::closed_form::sun_integral;
+    use crate::stress::scenes::{self, SCENES};
+
+    #[test]
+    fn spans_are_clipped_half_open() {
+        // 2 − t > 0 on [0, 5] ends at 2; a constant on the border belongs to the closed side alone.
+        assert_eq!(clip([2.0, -1.0], Bound::AboveZero, (0.0, 5.0)), Some((0.0, 2.0)));
+        assert_eq!(clip([-2.0, 1.0], Bound::AtLeastZero, (0.0, f64::INFINITY)), Some((2.0, f64::INFINITY)));
+        assert_eq!(clip([0.0, 0.0], Bound::AtLeastZero, (0.0, 1.0)), Some((0.0, 1.0)));
+        assert_eq!(clip([0.0, 0.0], Bound::AboveZero, (0.0, 1.0)), None);
+    }
+
+    #[test]
+    fn holes_may_overlap_touch_and_reach_beyond() {
+        let left =
+            without(&[(0.0, 10.0)], vec![(8.0, 20.0), (1.0, 3.0), (2.0, 4.0), (4.0, 5.0), (-1.0, 0.5)]);
+        assert_eq!(left, [(0.5, 1.0), (5.0, 8.0)]);
+        assert_eq!(without(&[(0.0, 1.0), (2.0, 3.0)], vec![(0.5, 2.5)]), [(0.0, 0.5), (2.5, 3.0)]);
+    }
+
+    #[test]
+    fn nothing_in_the_map_is_the_closed_form_and_all_near_is_dark() -> Result<(), ModelError> {
+        let clear =
+            scenes::sun()?.with_depths(|_, _, _| f32::INFINITY).in_medium(0.05, 0.01, Phase::Isotropic)?;
+        let expected = clear.expected();
+        for (ray, value) in clear.pixel_rays().iter().zip(&expected.radiance) {
+            // E = 3, σs/4π.
+            let exact = 3.0 * 0.05 / (4.0 * std::f64::consts::PI) * sun_integral(0.06, 0.0, ray.end);
+            assert!((value[1] / exact - 1.0).abs() < 1e-13, "{value:?} {exact}");
+        }
+        for (name, scene) in [SCENES[1], SCENES[2]] {
+            let dark = scene()?.with_depths(|_, _, _| 0.0).expected();
+            assert!(dark.radiance.iter().flatten().all(|&value| value == 0.0), "{name}");
+            assert!(dark.scale.iter().flatten().all(|&value| value > 0.0), "{name}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn the_rays_of_every_scene_are_partly_lit() -> Result<(), ModelError> {
+        // A scene that is all light or all shadow would test no edge.
+        for (name, scene) in SCENES {
+            let expected = scene()?.expected();
+            let share: f64 = expected.radiance.iter().flatten().sum::<f64>()
+                / expected.scale.iter().flatten().sum::<f64>();
+            assert!((0.2..0.9).contains(&share), "{name}: {share}");
+        }
+        Ok(())
+    }
 }

@@ -18,10 +18,14 @@ pub enum Limit {
 
 impl Limit {
     /// That of a technique: exact where nothing casts a shadow, the film level elsewhere; `images` that were rendered
-    /// (an error of each may be in what is compared).
-    pub fn of_technique(casts_shadow: bool, images: u32) -> Self {
+    /// (an error of each may be in what is compared); `input` is what the row's own input is good to.
+    pub fn of_technique(casts_shadow: bool, images: u32, input: f64) -> Self {
         let images = f64::from(images);
-        if casts_shadow { Self::Film(images * FILM) } else { Self::Largest(images * CLOSED_FORM) }
+        if casts_shadow {
+            Self::Film(images * FILM + input)
+        } else {
+            Self::Largest(images * CLOSED_FORM + input)
+        }
     }
 
     fn share(self) -> f64 {
@@ -34,8 +38,8 @@ impl Limit {
 /// Transmittance is a closed form for everybody: an f32 exponent of up to 87 is good to 5e-6 of the value.
 const TRANSMITTANCE: f64 = 1e-5;
 
-/// The cell of an image that should be `expected`.
-pub fn judged(image: &ScatterImage, size: [u32; 2], expected: &Expected, limit: Limit) -> Cell {
+/// The cell of an image that should be `expected`, from input whose ray ends are good to a share of `input`.
+pub fn judged(image: &ScatterImage, size: [u32; 2], expected: &Expected, limit: Limit, input: f64) -> Cell {
     if image.size() != size {
         let ([w, h], [we, he]) = (image.size(), size);
         return Cell::fault(format!("the image is {w}x{h} instead of {we}x{he}"));
@@ -54,11 +58,13 @@ pub fn judged(image: &ScatterImage, size: [u32; 2], expected: &Expected, limit: 
         .flatten()
         .zip(expected.transmittance.iter().flatten())
         .map(|(&t, &e)| (f64::from(t) - e).abs());
+    // σ·dD·e^{−σD} is at most dD/(e·D).
+    let most = TRANSMITTANCE + input;
     match worst(&off.collect::<Vec<_>>()) {
-        (index, error) if error > TRANSMITTANCE => Cell::Fail(Miss {
+        (index, error) if error > most => Cell::Fail(Miss {
             figure: "transmittance",
             error,
-            limit: TRANSMITTANCE,
+            limit: most,
             pixel: Some(pixel(index, size)),
             what: String::new(),
         }),
@@ -151,11 +157,11 @@ mod tests {
     fn an_error_is_a_share_of_the_unoccluded_value_and_names_its_pixel() {
         let size = [5, 3];
         let image = image(size, |x, y| if (x, y) == (3, 2) { 1.5 } else { 1.0 });
-        let cell = judged(&image, size, &expected(size, 1.0, 2.0), Limit::Largest(0.1));
+        let cell = judged(&image, size, &expected(size, 1.0, 2.0), Limit::Largest(0.1), 0.0);
         let Cell::Fail(miss) = cell else { panic!("{cell:?}") };
         assert_eq!((miss.figure, miss.error, miss.pixel), ("largest error", 0.25, Some([3, 2])));
         assert!(matches!(
-            judged(&image, size, &expected(size, 1.0, 2.0), Limit::Largest(0.25)),
+            judged(&image, size, &expected(size, 1.0, 2.0), Limit::Largest(0.25), 0.0),
             Cell::Ok { error: 0.25 }
         ));
     }
@@ -165,7 +171,7 @@ mod tests {
         let size = [20, 11];
         let one = |value: f32| image(size, move |x, y| if (x, y) == (7, 4) { value } else { 1.0 });
         // One of 220 pixels: RMS = x·√(1/220) = 0.067·x.
-        let judge = |value| judged(&one(value), size, &expected(size, 1.0, 1.0), Limit::Film(0.01));
+        let judge = |value| judged(&one(value), size, &expected(size, 1.0, 1.0), Limit::Film(0.01), 0.0);
         assert!(matches!(judge(1.1), Cell::Ok { .. }));
         assert!(matches!(judge(1.2), Cell::Fail(Miss { figure: "RMS", .. })));
     }
@@ -175,12 +181,12 @@ mod tests {
         let size = [3, 2];
         let limit = Limit::Largest(1e9);
         let with_nan = image(size, |x, _| if x == 1 { f32::NAN } else { 1.0 });
-        assert!(matches!(judged(&with_nan, size, &expected(size, 1.0, 1.0), limit), Cell::Fail(_)));
+        assert!(matches!(judged(&with_nan, size, &expected(size, 1.0, 1.0), limit, 0.0), Cell::Fail(_)));
         let other = image([2, 3], |_, _| 1.0);
-        assert!(matches!(judged(&other, size, &expected(size, 1.0, 1.0), limit), Cell::Fail(_)));
+        assert!(matches!(judged(&other, size, &expected(size, 1.0, 1.0), limit, 0.0), Cell::Fail(_)));
         let mut opaque = expected(size, 1.0, 1.0);
         opaque.transmittance[4] = [0.5; 3];
-        let Cell::Fail(miss) = judged(&image(size, |_, _| 1.0), size, &opaque, limit) else { panic!() };
+        let Cell::Fail(miss) = judged(&image(size, |_, _| 1.0), size, &opaque, limit, 0.0) else { panic!() };
         assert_eq!((miss.figure, miss.pixel), ("transmittance", Some([1, 1])));
     }
 
@@ -189,10 +195,10 @@ mod tests {
         let size = [3, 2];
         let black = expected(size, 0.0, 0.0);
         assert!(matches!(
-            judged(&image(size, |_, _| 0.0), size, &black, Limit::Largest(0.0)),
+            judged(&image(size, |_, _| 0.0), size, &black, Limit::Largest(0.0), 0.0),
             Cell::Ok { error: 0.0 }
         ));
-        let lit = judged(&image(size, |_, _| 1e-30), size, &black, Limit::Largest(1e9));
+        let lit = judged(&image(size, |_, _| 1e-30), size, &black, Limit::Largest(1e9), 0.0);
         assert!(matches!(lit, Cell::Fail(_)), "{lit:?}");
     }
 }

@@ -109,10 +109,10 @@ fn image_cell(trial: &ImageTrial, expected: &Expected, contender: &Contender<'_>
     let limit = if contender.is_reference() {
         Limit::Largest(trial.reference_tolerance)
     } else {
-        Limit::of_technique(scenario.casts_shadow() || scenario.glass.is_some(), 1)
+        Limit::of_technique(scenario.casts_shadow() || scenario.glass.is_some(), 1, trial.reference_tolerance)
     };
     match render(contender, scenario) {
-        Ok(image) => judged(&image, scenario.size(), expected, limit),
+        Ok(image) => judged(&image, scenario.size(), expected, limit, trial.reference_tolerance),
         Err(cell) => cell,
     }
 }
@@ -164,7 +164,7 @@ fn relation_cell(relation: &Relation, expected: &Expected, contender: &Contender
     let limit = if contender.is_reference() {
         Limit::Largest(*reference_tolerance)
     } else {
-        Limit::of_technique(second.casts_shadow(), 2)
+        Limit::of_technique(second.casts_shadow(), 2, *reference_tolerance)
     };
     // A longer or less occluded ray's own unoccluded value is the larger one; either bounds the promise.
     from_errors(&errors(second_image.inscattered(), &bound, &expected.scale, size_of), second.size(), limit)

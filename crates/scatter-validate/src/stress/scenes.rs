@@ -20,9 +20,11 @@ pub const SUN: DVec3 = DVec3::new(0.35, -1.0, 0.21);
 /// The lamp of [`point`].
 pub const LAMP: DVec3 = DVec3::new(-1.2, 2.6, 1.4);
 
+/// A scene with its name.
+pub type NamedScene = (&'static str, fn() -> Result<Scenario, ModelError>);
+
 /// The kinds of light, each with its scene.
-pub const SCENES: [(&str, fn() -> Result<Scenario, ModelError>); 3] =
-    [("sun", sun), ("point", point), ("spot", spot)];
+pub const SCENES: [NamedScene; 3] = [("sun", sun), ("point", point), ("spot", spot)];
 
 /// The camera of most rows.
 pub fn camera(size: [u32; 2]) -> Result<Camera, ModelError> {

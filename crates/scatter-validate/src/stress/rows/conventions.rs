@@ -11,7 +11,10 @@ use crate::scenario::{MapFrame, PixelRay, Scenario, Shadow, texels_of};
 use crate::stress::row::{Expectation, ROUNDING, StressRow};
 use crate::stress::scenes::{self, EYE, SIZE, TARGET};
 
+/// Near plane of most rows \[world units\].
 const NEAR: f64 = 0.1;
+/// A near plane that leaves forward z few digits.
+const VERY_NEAR: f64 = 1e-4;
 const FAR: f64 = 100.0;
 
 /// A depth convention.
@@ -72,21 +75,22 @@ pub fn rows() -> Vec<StressRow> {
                 for (eye_name, eye_inside) in [("in", true), ("out of", false)] {
                     let name =
                         format!("{lens_name}, {depth_name}, epipole {epipole_name}, eye {eye_name} the map");
-                    let scene = scene(lens, depth, epipole, eye_inside);
-                    let tolerance = ROUNDING + depth_rounding(lens, depth);
-                    let expectation = Expectation::Exact;
-                    rows.push(StressRow::expecting(
-                        "engine conventions",
-                        name,
-                        scene,
-                        expectation,
-                        tolerance,
-                    ));
+                    rows.push(row(name, lens, depth, epipole, eye_inside, NEAR));
                 }
             }
         }
     }
+    for (depth_name, depth) in depths {
+        let name = format!("perspective, {depth_name}, near plane at 1e-4");
+        rows.push(row(name, Lens::Perspective, depth, Epipole::Outside, true, VERY_NEAR));
+    }
     rows
+}
+
+fn row(name: String, lens: Lens, depth: Depth, epipole: Epipole, eye_inside: bool, near: f64) -> StressRow {
+    let scene = scene(lens, depth, epipole, eye_inside, near);
+    let tolerance = ROUNDING + depth_rounding(lens, depth, near);
+    StressRow::expecting("engine conventions", name, scene, Expectation::Exact, tolerance)
 }
 
 /// How far the end of a ray is off as a share of its length, which is at most what it changes of the radiance.
@@ -94,18 +98,24 @@ pub fn rows() -> Vec<StressRow> {
 /// z near 1 is rounded to 2⁻²⁵. Forward z of a perspective: dv/v = v·(f − n)/(f·n)·2⁻²⁵, for distances of up to 30
 /// units. Linear z of a parallel projection: dv = (f − n)·2⁻²⁵, of rays that are 1 unit long and longer. Reversed z of
 /// a perspective and view z keep 2⁻²⁴ of their own value, and so of the distance; a finite far plane adds as much.
-fn depth_rounding(lens: Lens, depth: Depth) -> f64 {
+fn depth_rounding(lens: Lens, depth: Depth, near: f64) -> f64 {
     let half_ulp = f64::from(f32::EPSILON) / 4.0;
     match (lens, depth) {
-        (Lens::Orthographic, Depth::Forward | Depth::Reversed) => (FAR - NEAR) * half_ulp,
-        (_, Depth::Forward) => 30.0 * (FAR - NEAR) / (FAR * NEAR) * half_ulp,
+        (Lens::Orthographic, Depth::Forward | Depth::Reversed) => (FAR - near) * half_ulp,
+        (_, Depth::Forward) => 30.0 * (FAR - near) / (FAR * near) * half_ulp,
         (_, Depth::Reversed | Depth::ReversedInfinite) => 4.0 * half_ulp,
     }
 }
 
-fn scene(lens: Lens, depth: Depth, epipole: Epipole, eye_inside: bool) -> Result<Scenario, ModelError> {
+fn scene(
+    lens: Lens,
+    depth: Depth,
+    epipole: Epipole,
+    eye_inside: bool,
+    near: f64,
+) -> Result<Scenario, ModelError> {
     let view = view_from_world();
-    let clip = clip_from_view(lens, depth);
+    let clip = clip_from_view(lens, depth, near);
     let camera = Camera::from_matrices(view.to_cols_array_2d(), clip.to_cols_array_2d(), SIZE)?;
     let mut scene = if lens == Lens::Orthographic && epipole != Epipole::Infinity {
         beside_a_spot(camera, epipole, eye_inside)?
@@ -120,10 +130,10 @@ fn scene(lens: Lens, depth: Depth, epipole: Epipole, eye_inside: bool) -> Result
     frame.by_matrix = true;
     let (rays, buffer) = surface(lens, depth, &view, &clip);
     let encoding = match (depth, lens) {
-        (Depth::Forward, _) => DepthEncoding::Forward { near: NEAR, far: FAR },
-        (Depth::Reversed, _) => DepthEncoding::Reversed { near: NEAR, far: FAR },
+        (Depth::Forward, _) => DepthEncoding::Forward { near, far: FAR },
+        (Depth::Reversed, _) => DepthEncoding::Reversed { near, far: FAR },
         (Depth::ReversedInfinite, Lens::Orthographic) => DepthEncoding::ViewZ,
-        (Depth::ReversedInfinite, _) => DepthEncoding::ReversedInfinite { near: NEAR },
+        (Depth::ReversedInfinite, _) => DepthEncoding::ReversedInfinite { near },
     };
     let mut distances = Vec::new();
     encoding.decode(&scene.camera, &buffer, &mut distances)?;
@@ -144,7 +154,7 @@ fn view_from_world() -> DMat4 {
 }
 
 /// The window at distance 1 (or in world units), and an engine's matrix for it with z in [0, 1].
-fn clip_from_view(lens: Lens, depth: Depth) -> DMat4 {
+fn clip_from_view(lens: Lens, depth: Depth, near: f64) -> DMat4 {
     let Window { left, right, bottom, top } = match lens {
         Lens::Perspective => Window { left: -0.9, right: 0.9, bottom: -0.6, top: 0.6 },
         Lens::OffCentre => Window { left: -0.4, right: 1.1, bottom: -0.8, top: 0.3 },
@@ -153,9 +163,9 @@ fn clip_from_view(lens: Lens, depth: Depth) -> DMat4 {
     let (width, height) = (right - left, top - bottom);
     if lens == Lens::Orthographic {
         // z_clip = slope·z_view + offset, z_view from −near to −far.
-        let slope = -1.0 / (FAR - NEAR);
+        let slope = -1.0 / (FAR - near);
         let (slope, offset) =
-            if depth == Depth::Forward { (slope, NEAR * slope) } else { (-slope, -FAR * slope) };
+            if depth == Depth::Forward { (slope, near * slope) } else { (-slope, -FAR * slope) };
         return DMat4::from_cols(
             DVec4::new(2.0 / width, 0.0, 0.0, 0.0),
             DVec4::new(0.0, 2.0 / height, 0.0, 0.0),
@@ -164,9 +174,9 @@ fn clip_from_view(lens: Lens, depth: Depth) -> DMat4 {
         );
     }
     let (slope, offset) = match depth {
-        Depth::Forward => (-FAR / (FAR - NEAR), -FAR * NEAR / (FAR - NEAR)),
-        Depth::Reversed => (NEAR / (FAR - NEAR), FAR * NEAR / (FAR - NEAR)),
-        Depth::ReversedInfinite => (0.0, NEAR),
+        Depth::Forward => (-FAR / (FAR - near), -FAR * near / (FAR - near)),
+        Depth::Reversed => (near / (FAR - near), FAR * near / (FAR - near)),
+        Depth::ReversedInfinite => (0.0, near),
     };
     DMat4::from_cols(
         DVec4::new(2.0 / width, 0.0, 0.0, 0.0),
@@ -274,7 +284,7 @@ mod tests {
                 [Epipole::Inside, Epipole::Edge, Epipole::Outside, Epipole::Behind, Epipole::Infinity]
             {
                 for inside in [true, false] {
-                    let scene = scene(lens, Depth::Reversed, epipole, inside).unwrap();
+                    let scene = scene(lens, Depth::Reversed, epipole, inside, NEAR).unwrap();
                     assert_eq!(eye_is_inside(&scene), inside, "{lens:?} {epipole:?}");
                     let image = match &scene.light {
                         scatter_core::Light::Directional(sun) => {
@@ -300,7 +310,7 @@ mod tests {
     fn distances_are_decoded_to_what_the_row_allows() {
         for lens in [Lens::Perspective, Lens::OffCentre, Lens::Orthographic] {
             for depth in [Depth::Forward, Depth::Reversed, Depth::ReversedInfinite] {
-                let scene = scene(lens, depth, Epipole::Inside, true).unwrap();
+                let scene = scene(lens, depth, Epipole::Inside, true, NEAR).unwrap();
                 let rays = scene.rays.as_ref().unwrap();
                 assert!(rays.iter().any(|ray| ray.end < 30.0));
                 for (ray, &distance) in rays.iter().zip(&scene.distances) {
@@ -308,7 +318,7 @@ mod tests {
                     let off = (decoded - ray.end).abs() / ray.end;
                     // The f32 distance itself, besides.
                     assert!(
-                        off <= depth_rounding(lens, depth) + 6e-8,
+                        off <= depth_rounding(lens, depth, NEAR) + 6e-8,
                         "{lens:?} {depth:?}: {decoded} {}",
                         ray.end
                     );

@@ -37,7 +37,7 @@ fn outside_of_the_map(light: &str) -> Result<Scenario, ModelError> {
         "sun" => {
             let mut scene = scenes::sun()?;
             let frame = scenes::sun_frame(scenes::SUN, TARGET, [1.9, 1.3], [11, 13]);
-            let dark = |i: u32, j: u32| if (i + j) % 3 == 0 { f32::INFINITY } else { 18.5 };
+            let dark = |i: u32, j: u32| if (i + j).is_multiple_of(3) { f32::INFINITY } else { 18.5 };
             scene.shadow = Shadow::Parallel(vec![MapLayer::filled(frame, dark)]);
             Ok(scene)
         }
