@@ -9,6 +9,7 @@ use scatter_core::{
 
 use crate::factor::Factorisation;
 use crate::integrate::Integrator;
+use crate::slice_pass::{MOST_HALVINGS, Refinement};
 use crate::technique::{Epipolar, ID};
 
 /// Options of [`Epipolar`].
@@ -16,12 +17,17 @@ use crate::technique::{Epipolar, ID};
 pub struct Options {
     /// Distance of slices \[pixels\], 1/16 to 16.
     pub spacing: f64,
+    /// When a further slice goes between two that differ.
+    pub refinement: Refinement,
     /// Terms of the factorisation, 1 to 8; `None` takes as many as `factor_error` asks for.
     pub rank: Option<u32>,
     /// Largest error of the factorisation, relative to a pixel's unoccluded radiance.
     pub factor_error: f64,
     /// How the integrand is factorised.
     pub factorisation: Factorisation,
+    /// Columns of a slice that one texel may hide before the light rays behind it are told apart, 0 to 16: 0 is exact,
+    /// 1 shifts a shadow's edge by up to half a column.
+    pub split_over: f32,
     /// How lit runs are summed.
     pub integrator: Integrator,
 }
@@ -35,16 +41,19 @@ impl Default for Options {
 impl Options {
     /// The preset of a level.
     pub fn for_quality(level: Quality) -> Self {
-        let (spacing, factor_error) = match level {
-            Quality::Preview => (2.0, 1e-2),
-            Quality::Game => (1.0, 3e-3),
-            Quality::Film => (0.5, 1e-3),
+        let (spacing, halvings, factor_error) = match level {
+            Quality::Preview => (4.0, 3, 1e-2),
+            Quality::Game => (4.0, 4, 3e-3),
+            Quality::Film => (2.0, 4, 1e-3),
         };
+        let tolerance = level.error() as f32;
         Self {
             spacing,
+            refinement: Refinement { tolerance, floor: 0.01, halvings },
             rank: None,
             factor_error,
             factorisation: Factorisation::Chebyshev,
+            split_over: 0.0,
             integrator: Integrator::Sweep,
         }
     }
@@ -53,9 +62,20 @@ impl Options {
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), OptionError> {
         match key {
             "spacing" => self.spacing = INFO.parse("spacing", value, |s| (1.0 / 16.0..=16.0).contains(s))?,
+            "tolerance" => {
+                self.refinement.tolerance = INFO.parse("tolerance", value, |t| (0.0..=1.0).contains(t))?;
+            }
+            "halvings" => {
+                self.refinement.halvings = INFO.parse("halvings", value, |h| (0..=MOST_HALVINGS).contains(h))?;
+            }
+            "split" => self.split_over = INFO.parse("split", value, |s| (0.0..=16.0).contains(s))?,
             "rank" => self.rank = INFO.parse::<Rank>("rank", value, |_| true)?.0,
-            "factorisation" => self.factorisation = INFO.parse::<Named<Factorisation>>("factorisation", value, |_| true)?.0,
-            "integrator" => self.integrator = INFO.parse::<Named<Integrator>>("integrator", value, |_| true)?.0,
+            "factorisation" => {
+                self.factorisation = INFO.parse::<Named<Factorisation>>("factorisation", value, |_| true)?.0
+            }
+            "integrator" => {
+                self.integrator = INFO.parse::<Named<Integrator>>("integrator", value, |_| true)?.0
+            }
             _ => {
                 INFO.option(key)?;
             }
@@ -73,7 +93,9 @@ impl FromStr for Rank {
     fn from_str(text: &str) -> Result<Self, ()> {
         match text {
             "auto" => Ok(Self(None)),
-            _ => text.parse().ok().filter(|rank| (1..=8).contains(rank)).map(|rank| Self(Some(rank))).ok_or(()),
+            _ => {
+                text.parse().ok().filter(|rank| (1..=8).contains(rank)).map(|rank| Self(Some(rank))).ok_or(())
+            }
         }
     }
 }
@@ -124,6 +146,27 @@ static INFO: TechniqueInfo = TechniqueInfo {
             unit: "pixels",
             range: "a number from 0.0625 to 16",
             default: || Options::default().spacing.to_string(),
+        },
+        OptionInfo {
+            key: "tolerance",
+            summary: "difference of neighbouring slices, relative to the radiance, that is interpolated over",
+            unit: "",
+            range: "a number from 0 to 1",
+            default: || Options::default().refinement.tolerance.to_string(),
+        },
+        OptionInfo {
+            key: "halvings",
+            summary: "how often the gap between slices that differ is halved",
+            unit: "",
+            range: "an integer from 0 to 6",
+            default: || Options::default().refinement.halvings.to_string(),
+        },
+        OptionInfo {
+            key: "split",
+            summary: "columns that one texel may hide before the light rays behind it are told apart",
+            unit: "columns",
+            range: "a number from 0 to 16",
+            default: || Options::default().split_over.to_string(),
         },
         OptionInfo {
             key: "rank",
@@ -178,6 +221,9 @@ impl Technique for EpipolarTechnique {
     }
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
-        [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125].iter().map(|s: &f64| vec![("spacing", s.to_string())]).collect()
+        [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
+            .iter()
+            .map(|s: &f64| vec![("spacing", s.to_string())])
+            .collect()
     }
 }

@@ -1,394 +1,300 @@
-//! One slice from the shadow map to the shares of its pixels: rectify, integrate, hand out.
+//! The slices of a fan, one after the other, and the pixels in the gaps between them.
 //!
-//! The stages of a slice run one after the other on the same few kilobytes, so that rectified rows never leave the
-//! innermost caches; only the pixels' shares reach memory.
+//! Each pixel lies in one gap and is answered by the two slices beside it, with its own depth, at its own column: no
+//! rectified result is resampled, so nothing blurs over depth edges. Between the two answers it is interpolated. Where
+//! they differ by more than the tolerance a further slice goes through the middle of the gap, for those pixels alone,
+//! and again: shafts' edges get fine slices, open air keeps coarse ones. (The paper resamples rectified results, and
+//! its slices are a pixel apart everywhere.)
 
-use scatter_core::{Camera, Frame, ShadowLayer};
-
-use crate::bands::Bands;
-use crate::epipole::Epipole;
-use crate::factor::Factors;
+use crate::answer::{Answerer, Asks, SliceBuffers};
 use crate::fan_pixels::FanPixels;
-use crate::integrate::{Integrator, IntegratorScratch, Problem, Queries, RunIndex, Terms, integrate};
-use crate::map_line::{ColumnOrder, MapLine};
-use crate::planes::Planes;
-use crate::row::Row;
+use crate::integrand::Integrand;
+use crate::shares::Shares;
 use crate::simd_level::{Level, at_level};
-use crate::slice_plane::SlicePlane;
-use crate::slices::{Fan, Major, Slice, SliceSet};
+use crate::slices::{Fan, Major, Slice};
+use scatter_core::Frame;
 
-/// What all slices of a frame share.
+/// Most times that a gap is halved. Every one doubles the slices in the worst case.
+pub const MOST_HALVINGS: u32 = 6;
+
+/// What the slices of a frame share.
 pub struct SlicePass<'a> {
     pub frame: &'a Frame<'a>,
-    pub camera: &'a Camera,
-    pub epipole: Epipole,
-    pub slices: &'a SliceSet,
-    pub bands: Bands,
-    /// One factorisation a distinct extinction.
-    pub factors: &'a [Factors],
-    /// Light rays end where `length / (smallest 1/sin β of their band)` is reached: the length of the factors'
-    /// domain, a distance along a view ray.
-    pub lengths: &'a [f64],
-    pub layer: ShadowLayer<'a>,
-    pub integrator: Integrator,
+    pub answerer: Answerer<'a>,
+    pub slices: &'a [Slice],
+    pub shares: &'a Shares,
+    pub refinement: Refinement,
     pub level: Level,
-    pub planes: &'a Planes,
+}
+
+/// When a gap gets a slice of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Refinement {
+    /// Largest difference of two neighbouring slices' answers that is interpolated over, relative to the pixel's
+    /// radiance.
+    pub tolerance: f32,
+    /// Share of the unoccluded radiance below which differences are measured against it.
+    pub floor: f32,
+    /// How often a gap may be halved.
+    pub halvings: u32,
+}
+
+/// A pixel between two slices.
+#[derive(Debug, Clone, Copy)]
+struct GapPixel {
+    column: u32,
+    /// Index in the image.
+    place: u32,
+    /// Distance from the first slice over the gap's width, 0 to 1.
+    part: f32,
+    /// Answers of the two slices, per channel.
+    before: [f32; 3],
+    behind: [f32; 3],
 }
 
 /// Buffers of one worker, kept from frame to frame.
 #[derive(Debug, Default)]
-pub struct SliceScratch {
-    row: Row,
-    index: RunIndex,
-    /// Per column of a fan: the first pixel behind the slice before, this slice, and the next one.
-    borders: [Vec<i32>; 3],
-    /// 1/sin β per column.
-    cosecants: Vec<f32>,
-    queries: QueryList,
-    prefix: Vec<f32>,
-    ends: Vec<f32>,
-    sums: Vec<f32>,
-    integrator: IntegratorScratch,
-    pub counts: Counts,
+pub struct Worker {
+    buffers: SliceBuffers,
+    asks: Asks,
+    /// Pixels of the gap before a slice and behind it.
+    gaps: [Vec<GapPixel>; 2],
+    /// Pixels whose gap is halved: a list for each half, a pair a level.
+    levels: [[Vec<GapPixel>; 2]; MOST_HALVINGS as usize + 1],
+    /// Minor coordinate of the slice before, this one and the next one in each column, less ½; and the first pixel
+    /// behind them.
+    lines: [Line; 3],
+    /// Pixels that one slice may have to answer.
+    most_asks: usize,
 }
 
-/// Counts that do not depend on the machine.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Counts {
-    pub texels: u64,
-    pub runs: u64,
-    pub queries: u64,
-}
-
-/// The pixels that one slice answers, in the order of its columns.
 #[derive(Debug, Default)]
-struct QueryList {
-    ranks: Vec<u32>,
-    /// Column within the fan.
-    columns: Vec<u32>,
-    /// Pixel index, doubled, plus one for those behind the slice's predecessor.
-    slots: Vec<u32>,
-    /// Share of the slice in the pixel.
-    weights: Vec<f32>,
-    gammas: Vec<f32>,
-    runs: Vec<u32>,
+struct Line {
+    minors: Vec<f32>,
+    borders: Vec<i32>,
 }
 
-impl QueryList {
-    fn clear(&mut self) {
-        self.ranks.clear();
-        self.columns.clear();
-        self.slots.clear();
-        self.weights.clear();
-        self.gammas.clear();
-        self.runs.clear();
-    }
-
-    fn reserve(&mut self, count: usize) {
-        self.ranks.reserve(count);
-        self.columns.reserve(count);
-        self.slots.reserve(count);
-        self.weights.reserve(count);
-        self.gammas.reserve(count);
-        self.runs.reserve(count);
-    }
-}
-
-impl SliceScratch {
+impl Worker {
     /// Grows all buffers to what any slice of such a frame may need.
-    pub fn reserve(&mut self, size: [u32; 2], map_side: usize, spacing: f64, terms: usize) {
-        let columns = size[0].max(size[1]) as usize;
-        // A pixel is in the gaps beside a slice if it is within a spacing of it, measured across; 45° slices are √2
-        // wider along a column.
-        let queries = columns * (2 * ((1.5 * spacing).ceil() as usize + 1));
-        let runs = 2 * map_side + 8;
-        self.row.clear(runs);
-        for border in &mut self.borders {
-            border.clear();
-            border.reserve(columns);
+    pub fn reserve(&mut self, frame: &Frame<'_>, map_side: usize, spacing: f64, integrand: &Integrand) {
+        let [width, height] = frame.size();
+        let columns = width.max(height) as usize;
+        // A pixel is beside a slice if it is within a spacing of it, measured across; 45° slices are √2 wider along a
+        // column.
+        self.most_asks = columns * (2 * ((1.5 * spacing).ceil() as usize + 1));
+        self.buffers.reserve(frame, map_side, self.most_asks, integrand);
+        self.asks.clear(self.most_asks);
+        for gap in &mut self.gaps {
+            gap.clear();
+            gap.reserve(self.most_asks);
         }
-        self.cosecants.clear();
-        self.cosecants.resize(columns, 1.0);
-        self.queries.clear();
-        self.queries.reserve(queries);
-        let grow = |buffer: &mut Vec<f32>, length: usize| buffer.resize(length.max(buffer.len()), 0.0);
-        grow(&mut self.prefix, (runs + 1) * terms);
-        grow(&mut self.ends, queries * terms);
-        grow(&mut self.sums, queries * terms);
-        self.integrator.reserve(runs, columns, queries, terms);
+        for list in self.levels.iter_mut().flatten() {
+            list.clear();
+            list.reserve(self.most_asks);
+        }
+        for line in &mut self.lines {
+            line.minors.clear();
+            line.minors.reserve(columns);
+            line.borders.clear();
+            line.borders.reserve(columns);
+        }
+        self.buffers.counts = Default::default();
+    }
+
+    /// What was counted since [`Self::reserve`].
+    pub fn counts(&self) -> crate::answer::Counts {
+        self.buffers.counts
     }
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        let queries = &self.queries;
-        self.row.memory_bytes()
-            + self.integrator.memory_bytes()
-            + size_of::<RunIndex>()
-            + 4 * (self.borders.iter().map(Vec::capacity).sum::<usize>()
-                + self.cosecants.capacity()
-                + self.prefix.capacity()
-                + self.ends.capacity()
-                + self.sums.capacity()
-                + queries.ranks.capacity()
-                + queries.columns.capacity()
-                + queries.slots.capacity()
-                + queries.weights.capacity()
-                + queries.gammas.capacity()
-                + queries.runs.capacity())
+        let pixels = self.gaps.iter().chain(self.levels.iter().flatten()).map(Vec::capacity).sum::<usize>();
+        self.buffers.memory_bytes() + self.asks.memory_bytes() + pixels * size_of::<GapPixel>()
+            + self.lines.iter().map(|line| 4 * (line.minors.capacity() + line.borders.capacity())).sum::<usize>()
     }
 }
 
 impl SlicePass<'_> {
-    /// All slices `range` of a fan.
-    pub fn run(&self, fan: &Fan, pixels: &FanPixels, range: std::ops::Range<usize>, scratch: &mut SliceScratch) {
-        let slices = &self.slices.slices[fan.first..][..fan.count];
-        let mut borders = std::mem::take(&mut scratch.borders);
-        let [before, own, next] = &mut borders;
-        if let Some(previous) = range.start.checked_sub(1) {
-            at_level!(self.level, find_borders(fan, pixels, slices, previous, before));
-        }
-        at_level!(self.level, find_borders(fan, pixels, slices, range.start, own));
-        for index in range {
-            if index + 1 < fan.count {
-                at_level!(self.level, find_borders(fan, pixels, slices, index + 1, next));
-            } else {
-                next.clone_from(own);
+    /// Fills the pixels of gaps `range` of a fan.
+    pub fn run(&self, fan: &Fan, pixels: &FanPixels, range: std::ops::Range<usize>, worker: &mut Worker) {
+        let slices = &self.slices[fan.first..][..fan.count];
+        let mut lines = std::mem::take(&mut worker.lines);
+        let [before, own, next] = &mut lines;
+        // The first slice has no gap of this range before it: its own line stands in for the one before.
+        own.follow(self.level, fan, pixels, slices, range.start);
+        worker.gaps[1].clear();
+        for index in range.start..=range.end {
+            if index < range.end {
+                next.follow(self.level, fan, pixels, slices, index + 1);
             }
-            if index == 0 {
-                before.clone_from(own);
+            let has_before = index > range.start;
+            let first = if has_before { &*before } else { &*own };
+            let last = if index < range.end { &*next } else { &*own };
+            worker.gaps.swap(0, 1);
+            self.slice(fan, pixels, &slices[index], [first, own, last], worker);
+            if has_before {
+                self.finish_gap(fan, [&slices[index - 1], &slices[index]], worker);
             }
-            at_level!(self.level, self.slice(fan, pixels, index, [&*before, &*own, &*next], scratch));
             std::mem::swap(before, own);
             std::mem::swap(own, next);
         }
-        scratch.borders = borders;
+        worker.lines = lines;
     }
 
+    /// Answers the pixels beside a slice: those of the gap before it, and those of the gap behind it, which it lists.
     #[inline(always)]
-    fn slice(
-        &self,
-        fan: &Fan,
-        pixels: &FanPixels,
-        index: usize,
-        borders: [&[i32]; 3],
-        scratch: &mut SliceScratch,
-    ) {
-        let slices = &self.slices.slices[fan.first..][..fan.count];
-        // Trim the columns to those that have pixels beside this slice.
-        let busy = |column: usize| borders[0][column] < borders[2][column];
+    fn slice(&self, fan: &Fan, pixels: &FanPixels, slice: &Slice, lines: [&Line; 3], worker: &mut Worker) {
+        let [first, own, last] = lines;
+        worker.asks.clear(worker.most_asks);
+        let gap_behind = &mut worker.gaps[1];
+        gap_behind.clear();
+        let busy = |column: usize| first.borders[column] < last.borders[column];
         let all = pixels.ranges.len();
         let Some(from) = (0..all).find(|&column| busy(column)) else { return };
         let to = (from..all).rev().find(|&column| busy(column)).unwrap_or(from) + 1;
-        let order = ColumnOrder {
-            columns: [pixels.columns[0] + from as u32, pixels.columns[0] + to as u32],
-            ascending: fan.ascending == self.epipole.outward,
-        };
-        let plane = SlicePlane::new(self.camera, &self.epipole, &slices[index], fan.major);
-        plane.cosecants(order.columns[0], &mut scratch.cosecants[..to - from]);
-
-        let reach = self.ask(fan, slices, index, borders, from, order, scratch);
-        self.rectify(&plane, order, reach, scratch);
-        scratch.index.fill(&scratch.row, reach);
-        let starts = scratch.row.starts();
-        let queries = &mut scratch.queries;
-        for &gamma in &queries.gammas {
-            queries.runs.push(scratch.index.find(starts, gamma));
-        }
-        scratch.counts.queries += queries.gammas.len() as u64;
-        scratch.counts.runs += scratch.row.len() as u64;
-
-        // Columns of one band follow each other.
-        let (mut first, count) = (0, scratch.queries.columns.len());
-        while first < count {
-            let band_of = |query: usize| {
-                self.bands.of(scratch.cosecants[scratch.queries.columns[query] as usize])
-            };
-            let band = band_of(first);
-            let last = (first + 1..count).find(|&query| band_of(query) != band).unwrap_or(count);
-            for channel in 0..self.factors.len() {
-                match self.factors[channel].lanes() {
-                    1 => self.band::<1>(band, first..last, channel, order, scratch),
-                    2 => self.band::<2>(band, first..last, channel, order, scratch),
-                    4 => self.band::<4>(band, first..last, channel, order, scratch),
-                    _ => self.band::<8>(band, first..last, channel, order, scratch),
-                }
-            }
-            first = last;
-        }
-    }
-
-    /// Lists the pixels beside a slice; returns the farthest light ray that one of their rays ends at.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "one slice, its neighbours and its columns")]
-    fn ask(
-        &self,
-        fan: &Fan,
-        slices: &[Slice],
-        index: usize,
-        borders: [&[i32]; 3],
-        from: usize,
-        order: ColumnOrder,
-        scratch: &mut SliceScratch,
-    ) -> f32 {
-        let [width, _] = self.frame.size();
+        let columns = [pixels.columns[0] + from as u32, pixels.columns[0] + to as u32];
+        let width = self.frame.size()[0];
+        let strides = if fan.major == Major::X { [1, width] } else { [width, 1] };
         let depth = self.frame.depth().texels();
-        let longest = self.lengths.iter().fold(0.0f64, |a, &b| a.max(b)).min(self.frame.max_distance());
-        let longest = longest.min(f64::from(f32::MAX)) as f32;
-        let strides = match fan.major {
-            Major::X => [1, width],
-            Major::Y => [width, 1],
-        };
-        let neighbours = [&slices[index.saturating_sub(1)], &slices[(index + 1).min(slices.len() - 1)]];
-        let queries = &mut scratch.queries;
-        queries.clear();
-        let mut reach = 0.0f32;
-        for (offset, &cosecant) in scratch.cosecants[..order.count()].iter().enumerate() {
-            let column = order.columns[0] + offset as u32;
-            let at = from + offset;
-            let (start, middle, end) = (borders[0][at], borders[1][at], borders[2][at]);
+        for offset in from..to {
+            let (start, middle, end) = (first.borders[offset], own.borders[offset], last.borders[offset]);
             if start == end {
                 continue;
             }
-            let along = f64::from(column) + 0.5;
-            let own = slices[index].minor_at(fan.major, along);
-            let gaps = neighbours.map(|other| {
-                let gap = (other.minor_at(fan.major, along) - own).abs();
-                if gap > 0.0 { 1.0 / gap } else { 0.0 }
-            });
-            let rank = order.rank(column);
-            let sine = 1.0 / cosecant;
+            let column = pixels.columns[0] + offset as u32;
+            let (line, gap) = (own.minors[offset], last.minors[offset] - own.minors[offset]);
             for pixel in start..end {
-                let behind = pixel >= middle;
-                let distance = (f64::from(pixel) + 0.5 - own).abs() * gaps[usize::from(behind)];
                 let place = column * strides[0] + pixel as u32 * strides[1];
-                let gamma = depth[place as usize].min(longest) * sine;
-                reach = reach.max(gamma);
-                queries.ranks.push(rank);
-                queries.columns.push(offset as u32);
-                // Pixels behind this slice have it as the one before them.
-                queries.slots.push(2 * place + u32::from(!behind));
-                queries.weights.push((1.0 - distance).clamp(0.0, 1.0) as f32);
-                queries.gammas.push(gamma);
+                worker.asks.push((offset - from) as u32, self.answerer.end(depth[place as usize]));
+                if pixel >= middle {
+                    let part = if gap > 0.0 { ((pixel as f32 - line) / gap).max(0.0).min(1.0) } else { 0.5 };
+                    gap_behind.push(GapPixel { column, place, part, before: [0.0; 3], behind: [0.0; 3] });
+                }
             }
         }
-        reach
-    }
-
-    /// Rectifies the light rays of a slice up to `reach`.
-    #[inline(always)]
-    fn rectify(&self, plane: &SlicePlane, order: ColumnOrder, reach: f32, scratch: &mut SliceScratch) {
-        let columns = order.count() as u32;
-        let projection = self.layer.projection();
-        let eye = self.camera.eye();
-        scratch.row.clear(0);
-        scratch.row.push(0.0, columns);
-        if let Some(line) = MapLine::sun(projection, eye, plane, order, f64::from(reach)) {
-            let behind = if self.epipole.outward { columns } else { 0 };
-            scratch.counts.texels += u64::from(line.columns);
-            scratch.row.append(self.level, &line, self.layer.texels(), columns, behind);
-            let [gamma, per_texel] = line.gamma;
-            scratch.row.push(gamma + per_texel * line.length, columns);
-        }
-        scratch.row.finish();
-    }
-
-    /// Answers the queries of one band for one extinction.
-    #[inline(always)]
-    fn band<const N: usize>(
-        &self,
-        band: u32,
-        range: std::ops::Range<usize>,
-        channel: usize,
-        order: ColumnOrder,
-        scratch: &mut SliceScratch,
-    ) {
-        let factors = &self.factors[channel];
-        let start = self.bands.start(band);
-        let table = Table::<N>::new(factors.prefix(), start / self.lengths[channel]);
-        let queries = &scratch.queries;
-        let gammas = &queries.gammas[range.clone()];
-        let ends = &mut scratch.ends.as_chunks_mut::<N>().0[..gammas.len()];
-        for (end, &gamma) in ends.iter_mut().zip(gammas) {
-            *end = table.at(gamma);
-        }
-        let runs = queries.runs[range.clone()].iter().max().map_or(0, |&run| run as usize + 1);
-        let prefix = &mut scratch.prefix.as_chunks_mut::<N>().0[..=runs];
-        for (value, &gamma) in prefix.iter_mut().zip(scratch.row.starts()) {
-            *value = table.at(gamma);
-        }
-        let ranks = &queries.ranks[range.clone()];
-        let (a, b) = (ranks[0], ranks[ranks.len() - 1]);
-        let problem = Problem {
-            lit: &scratch.row.lit()[..runs],
-            prefix,
-            tint: None,
-            queries: Queries { ranks, runs: &queries.runs[range.clone()] },
-            ends,
-            columns: [a.min(b), a.max(b) + 1],
-            ascending: order.ascending,
-        };
-        let sums = &mut scratch.sums.as_chunks_mut::<N>().0[..gammas.len()];
-        integrate(self.integrator, &problem, &mut scratch.integrator, sums);
-
-        let per_cosecant = 1.0 / (start * (self.bands.ratio - 1.0)) as f32;
-        let weights = Table::<N>::new(factors.weights(), f64::from(per_cosecant));
-        for ((query, sum), end) in range.zip(&*sums).zip(&*ends) {
-            let cosecant = scratch.cosecants[queries.columns[query] as usize];
-            let view = weights.at((cosecant - start as f32).max(0.0));
-            let (mut lit, mut whole) = (0.0, 0.0);
-            for term in 0..N {
-                lit += view[term] * sum[term];
-                whole += view[term] * end[term];
+        self.answer(slice, fan, columns, worker);
+        let [gap_before, gap_behind] = &mut worker.gaps;
+        // Hand out: in each column first the pixels before the slice, then those behind it.
+        for channel in 0..self.answerer.channels {
+            let mut shares = worker.asks.shares(channel).iter();
+            let (mut before, mut behind) = (gap_before.iter_mut(), gap_behind.iter_mut());
+            for offset in from..to {
+                let (start, middle, end) = (first.borders[offset], own.borders[offset], last.borders[offset]);
+                let counts = [middle.clamp(start, end) - start, end - middle.clamp(start, end)];
+                for (pixel, &share) in before.by_ref().take(counts[0] as usize).zip(shares.by_ref()) {
+                    pixel.behind[channel] = share;
+                }
+                for (pixel, &share) in behind.by_ref().take(counts[1] as usize).zip(shares.by_ref()) {
+                    pixel.before[channel] = share;
+                }
             }
-            // A ray without length has no shadow, and its radiance is 0 anyway.
-            let share = if whole > 0.0 { (lit / whole).clamp(0.0, 1.0) } else { 1.0 };
-            let slot = queries.slots[query];
-            let share = share * queries.weights[query];
-            self.planes.put((slot >> 1) as usize, channel, slot & 1 == 1, share);
         }
     }
-}
 
-/// A table of factors over a uniform grid, interpolated linearly.
-struct Table<'a, const N: usize> {
-    nodes: &'a [Terms<N>],
-    per_unit: f32,
-    last: f32,
-}
-
-impl<'a, const N: usize> Table<'a, N> {
-    /// `scale` maps the argument to [0, 1].
+    /// Gives the pixels of a gap their shares, or halves it.
     #[inline(always)]
-    fn new(flat: &'a [f32], scale: f64) -> Self {
-        let nodes = flat.as_chunks::<N>().0;
-        let last = (nodes.len() - 1) as f32;
-        Self { nodes, per_unit: (scale * f64::from(last)) as f32, last }
+    fn finish_gap(&self, fan: &Fan, between: [&Slice; 2], worker: &mut Worker) {
+        let mut lists = std::mem::take(&mut worker.levels[0]);
+        let split = &mut lists[0];
+        split.clear();
+        for pixel in &worker.gaps[0] {
+            self.finish_pixel(pixel, 0, split);
+        }
+        if !split.is_empty() {
+            self.halve(fan, between, 0, split, worker);
+        }
+        worker.levels[0] = lists;
     }
 
+    /// Writes a pixel's share, or lists it to be answered by a slice nearer to it.
     #[inline(always)]
-    fn at(&self, argument: f32) -> Terms<N> {
-        let place = (argument * self.per_unit).min(self.last);
-        let index = (place as usize).min(self.nodes.len() - 2);
-        let part = place - index as f32;
-        let (a, b) = (&self.nodes[index], &self.nodes[index + 1]);
-        std::array::from_fn(|term| a[term] + part * (b[term] - a[term]))
+    fn finish_pixel(&self, pixel: &GapPixel, level: u32, split: &mut Vec<GapPixel>) {
+        let Refinement { tolerance, floor, halvings } = self.refinement;
+        let channels = self.answerer.channels;
+        if level < halvings {
+            // What a shadow's edge somewhere in the gap would change: most in its middle, nothing at a slice.
+            let doubt = 2.0 * pixel.part * (1.0 - pixel.part);
+            let differs = (0..channels).any(|channel| {
+                let (a, b) = (pixel.before[channel], pixel.behind[channel]);
+                (b - a).abs() * doubt > tolerance * (0.5 * (a + b)).max(floor)
+            });
+            if differs {
+                split.push(*pixel);
+                return;
+            }
+        }
+        for channel in 0..channels {
+            let (a, b) = (pixel.before[channel], pixel.behind[channel]);
+            self.shares.put(pixel.place as usize, channel, a + pixel.part * (b - a));
+        }
+    }
+
+    /// Puts a slice through the middle of a gap for some of its pixels, which come column by column.
+    fn halve(&self, fan: &Fan, between: [&Slice; 2], level: u32, pixels: &[GapPixel], worker: &mut Worker) {
+        let [a, b] = between;
+        let middle = Slice::through(&self.answerer.epipole, fan.major, 0.5 * (a.exit + b.exit));
+        let columns = [pixels[0].column, pixels[pixels.len() - 1].column + 1];
+        worker.asks.clear(worker.most_asks);
+        let depth = self.frame.depth().texels();
+        for pixel in pixels {
+            worker.asks.push(pixel.column - columns[0], self.answerer.end(depth[pixel.place as usize]));
+        }
+        self.answer(&middle, fan, columns, worker);
+        // Both halves take their answers before one of them needs the room.
+        let below = level as usize + 1;
+        let mut halves = std::mem::take(&mut worker.levels[below]);
+        halves.iter_mut().for_each(Vec::clear);
+        for (index, pixel) in pixels.iter().enumerate() {
+            let along = f64::from(pixel.column) + 0.5;
+            let [from, cut, to] = [a, &middle, b].map(|slice| slice.minor_at(fan.major, along));
+            let cut = if to > from { ((cut - from) / (to - from)) as f32 } else { 0.5 };
+            let mut own = *pixel;
+            let side = usize::from(pixel.part >= cut);
+            for channel in 0..self.answerer.channels {
+                let share = worker.asks.shares(channel)[index];
+                if side == 0 { own.behind[channel] = share } else { own.before[channel] = share }
+            }
+            own.part = if side == 0 { pixel.part / cut } else { (pixel.part - cut) / (1.0 - cut) };
+            own.part = own.part.max(0.0).min(1.0);
+            self.finish_pixel(&own, level + 1, &mut halves[side]);
+        }
+        for (side, half) in halves.iter().enumerate() {
+            if !half.is_empty() {
+                let between = if side == 0 { [a, &middle] } else { [&middle, b] };
+                self.halve(fan, between, level + 1, half, worker);
+            }
+        }
+        worker.levels[below] = halves;
+    }
+
+    fn answer(&self, slice: &Slice, fan: &Fan, columns: [u32; 2], worker: &mut Worker) {
+        let way = (fan.major, fan.ascending);
+        at_level!(self.level, self.answerer.answer(slice, way, columns, &mut worker.asks, &mut worker.buffers));
     }
 }
 
-/// The first pixel behind a slice in each column of its fan.
-#[inline(always)]
-fn find_borders(fan: &Fan, pixels: &FanPixels, slices: &[Slice], index: usize, out: &mut Vec<i32>) {
-    out.clear();
-    if index == 0 {
-        out.extend(pixels.ranges.iter().map(|range| range[0]));
-    } else if index + 1 == slices.len() {
-        out.extend(pixels.ranges.iter().map(|range| range[1]));
-    } else {
+impl Line {
+    /// Follows slice `index` of a fan through its columns.
+    fn follow(&mut self, level: Level, fan: &Fan, pixels: &FanPixels, slices: &[Slice], index: usize) {
         let slice = &slices[index];
-        let first = slice.minor_at(fan.major, f64::from(pixels.columns[0]) + 0.5) - 0.5;
-        out.extend(pixels.ranges.iter().enumerate().map(|(offset, range)| {
-            let minor = first + slice.slope * offset as f64;
-            (minor.ceil() as i32).clamp(range[0], range[1])
-        }));
+        let start = slice.minor_at(fan.major, f64::from(pixels.columns[0]) + 0.5) - 0.5;
+        let count = pixels.ranges.len();
+        self.minors.resize(count, 0.0);
+        self.borders.resize(count, 0);
+        at_level!(level, {
+            let lines = self.minors.iter_mut().zip(&mut self.borders).zip(&pixels.ranges);
+            for (offset, ((minor, border), range)) in lines.enumerate() {
+                let exact = start + slice.slope * offset as f64;
+                *minor = exact as f32;
+                *border = (exact.ceil() as i32).clamp(range[0], range[1]);
+            }
+        });
+        // The outermost lines are shared with other fans, and every pixel is on one side of them.
+        if index == 0 || index + 1 == slices.len() {
+            let end = usize::from(index > 0);
+            for (border, range) in self.borders.iter_mut().zip(&pixels.ranges) {
+                *border = range[end];
+            }
+        }
     }
 }

@@ -52,6 +52,12 @@ pub struct Slice {
 }
 
 impl Slice {
+    /// The slice that leaves the image at `exit`.
+    pub fn through(epipole: &Epipole, major: Major, exit: DVec2) -> Self {
+        let direction = epipole.towards(exit);
+        Self { exit, slope: major.minor_of(direction) / major.of(direction) }
+    }
+
     /// The minor coordinate at a major coordinate, in pixels.
     pub fn minor_at(&self, major: Major, along: f64) -> f64 {
         major.minor_of(self.exit) + self.slope * (along - major.of(self.exit))
@@ -141,10 +147,7 @@ impl SliceSet {
         let first = self.slices.len();
         let steps = ExitSteps::new(epipole, edge, [from, to], spacing);
         for index in 0..=steps.count {
-            let exit = edge.point(steps.exit(index));
-            let direction = epipole.towards(exit);
-            let slope = major.minor_of(direction) / major.of(direction);
-            self.slices.push(Slice { exit, slope });
+            self.slices.push(Slice::through(epipole, major, edge.point(steps.exit(index))));
         }
         let count = self.slices.len() - first;
         // Sorted by the minor coordinate where the middle one leaves: exits may run the other way round.

@@ -1,0 +1,447 @@
+//! One slice answers pixels: its light rays are rectified, and the lit part of each pixel's ray is summed.
+//!
+//! All stages of a slice run one after the other on the same few kilobytes, so that rectified rows never leave the
+//! innermost caches; only shares come out.
+
+use scatter_core::{Camera, Frame, Light, MapProjection, ShadowLayer, ShadowMap};
+
+use crate::epipole::Epipole;
+use crate::integrand::{BandTables, Integrand};
+use crate::integrate::{Integrator, IntegratorScratch, Problem, Queries, RunIndex, Terms, integrate};
+use crate::map_line::{ColumnOrder, MapLine, turn};
+use crate::row::Row;
+use crate::simd_level::Level;
+use crate::slice_plane::SlicePlane;
+use crate::slices::{Major, Slice};
+use crate::tint::TintedRow;
+
+/// Length of a view ray that never ends: far enough for any lamp, and its products stay within f32.
+const FARTHEST: f64 = 1e18;
+
+/// What all slices of a frame share.
+pub struct Answerer<'a> {
+    frame: &'a Frame<'a>,
+    camera: &'a Camera,
+    pub epipole: Epipole,
+    integrand: &'a Integrand,
+    integrator: Integrator,
+    split_over: f32,
+    level: Level,
+    /// Channels whose shares differ, 1 or 3.
+    pub channels: usize,
+    /// Distance of a lamp from the eye.
+    lamp: Option<f64>,
+    longest: f32,
+}
+
+/// How slices are to be summed.
+#[derive(Debug, Clone, Copy)]
+pub struct Manner {
+    /// By which algorithm.
+    pub integrator: Integrator,
+    /// Columns that a texel may hide before it is cut exactly.
+    pub split_over: f32,
+    /// With which instructions.
+    pub level: Level,
+}
+
+/// Pixels that ask, column by column, and what they are told.
+#[derive(Debug, Default)]
+pub struct Asks {
+    count: usize,
+    /// Column of the pixel, from the first of the slice's.
+    columns: Vec<u32>,
+    /// Where its ray ends.
+    ends: Vec<f32>,
+    ranks: Vec<u32>,
+    gammas: Vec<f32>,
+    runs: Vec<u32>,
+    /// Share of the unoccluded light that the slice finds, per channel.
+    shares: [Vec<f32>; 3],
+}
+
+/// Buffers of a worker for one slice.
+#[derive(Debug, Default)]
+pub struct SliceBuffers {
+    row: Row,
+    tinted: TintedRow,
+    index: RunIndex,
+    sines: Vec<f32>,
+    cosines: Vec<f32>,
+    views: Vec<f32>,
+    cone: Vec<f32>,
+    lamp_prefix: Vec<f32>,
+    prefix: Vec<f32>,
+    ends: Vec<f32>,
+    sums: Vec<f32>,
+    integrator: IntegratorScratch,
+    pub counts: Counts,
+}
+
+/// Counts that do not depend on the machine.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counts {
+    pub slices: u64,
+    pub texels: u64,
+    pub runs: u64,
+    pub queries: u64,
+}
+
+impl Asks {
+    /// Forgets all pixels; room for `capacity`.
+    pub fn clear(&mut self, capacity: usize) {
+        self.count = 0;
+        if self.columns.len() < capacity {
+            for buffer in [&mut self.columns, &mut self.ranks, &mut self.runs] {
+                buffer.resize(capacity, 0);
+            }
+            for buffer in [&mut self.ends, &mut self.gammas].into_iter().chain(&mut self.shares) {
+                buffer.resize(capacity, 0.0);
+            }
+        }
+    }
+
+    /// Adds a pixel of a column whose ray ends at `end`.
+    #[inline(always)]
+    pub fn push(&mut self, column: u32, end: f32) {
+        self.columns[self.count] = column;
+        self.ends[self.count] = end;
+        self.count += 1;
+    }
+
+    /// Number of pixels.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The answers, per channel.
+    pub fn shares(&self, channel: usize) -> &[f32] {
+        &self.shares[channel][..self.count]
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        4 * 8 * self.columns.capacity()
+    }
+}
+
+impl SliceBuffers {
+    /// Grows all buffers to what any slice of such a frame may need.
+    pub fn reserve(&mut self, frame: &Frame<'_>, map_side: usize, asks: usize, integrand: &Integrand) {
+        let (size, terms) = (frame.size(), integrand.lanes());
+        let columns = size[0].max(size[1]) as usize;
+        // Every texel column of up to five faces has two cells; around the epipole cells are split.
+        let mut runs = 8 * map_side + 8 * columns + 64;
+        self.row.clear(runs);
+        if let Some(texture) = frame.texture() {
+            let [width, height] = texture.projection().size();
+            let side = width.max(height) as usize;
+            self.tinted.reserve(runs, side);
+            runs += 2 * side + 4;
+        }
+        let grow = |buffer: &mut Vec<f32>, length: usize| buffer.resize(length.max(buffer.len()), 0.0);
+        for buffer in [&mut self.sines, &mut self.cosines, &mut self.views] {
+            grow(buffer, columns);
+        }
+        grow(&mut self.prefix, (runs + 1) * terms);
+        grow(&mut self.ends, asks * terms);
+        grow(&mut self.sums, asks * terms);
+        grow(&mut self.lamp_prefix, integrand.buffer_len());
+        self.cone.reserve(integrand.buffer_len());
+        self.integrator.reserve(runs, columns, asks, terms);
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        let floats = [
+            &self.sines,
+            &self.cosines,
+            &self.views,
+            &self.cone,
+            &self.lamp_prefix,
+            &self.prefix,
+            &self.ends,
+            &self.sums,
+        ];
+        self.row.memory_bytes()
+            + self.tinted.memory_bytes()
+            + self.integrator.memory_bytes()
+            + size_of::<RunIndex>()
+            + 4 * floats.iter().map(|buffer| buffer.capacity()).sum::<usize>()
+    }
+}
+
+impl<'a> Answerer<'a> {
+    /// For a frame and its factors; `channels` (1 or 3) have shares of their own.
+    pub fn new(
+        frame: &'a Frame<'a>,
+        epipole: Epipole,
+        integrand: &'a Integrand,
+        manner: Manner,
+        channels: usize,
+    ) -> Self {
+        let camera = frame.camera();
+        let lamp = frame.light().position().map(|position| (position - camera.eye()).length());
+        let longest = if lamp.is_some() { FARTHEST } else { integrand.longest() };
+        Self {
+            frame,
+            camera,
+            epipole,
+            integrand,
+            integrator: manner.integrator,
+            split_over: manner.split_over,
+            level: manner.level,
+            channels,
+            lamp,
+            longest: longest.min(frame.max_distance()) as f32,
+        }
+    }
+
+    /// Where a pixel's ray ends, as [`Asks::push`] wants it.
+    #[inline(always)]
+    pub fn end(&self, depth: f32) -> f32 {
+        depth.min(self.longest)
+    }
+
+    /// Answers all of `asks`, whose columns count from `columns[0]`.
+    #[inline(always)]
+    pub fn answer(
+        &self,
+        slice: &Slice,
+        (major, fan_ascending): (Major, bool),
+        columns: [u32; 2],
+        asks: &mut Asks,
+        buffers: &mut SliceBuffers,
+    ) {
+        let order = ColumnOrder { columns, ascending: fan_ascending == self.epipole.outward };
+        let plane = SlicePlane::new(self.camera, &self.epipole, slice, major);
+        let count = order.count();
+        plane.angles(columns[0], &mut buffers.sines[..count], &mut buffers.cosines[..count]);
+        self.view_coordinates(count, buffers);
+        if let Light::Spot(spot) = self.frame.light() {
+            self.integrand.fill_cone(Some(spot), &plane, &mut buffers.cone);
+        }
+        let reach = self.place(order, asks, buffers);
+        self.rectify(&plane, order, reach, buffers);
+        let texture = self.frame.texture();
+        if let Some(texture) = texture {
+            let line = self.line(texture.projection(), &plane, order, f64::from(reach));
+            buffers.tinted.fill(&buffers.row, line.as_ref(), texture);
+        }
+        let starts = if texture.is_some() { buffers.tinted.starts() } else { buffers.row.starts() };
+        buffers.index.fill(starts, reach);
+        for (run, &gamma) in asks.runs.iter_mut().zip(&asks.gammas[..asks.count]) {
+            *run = buffers.index.find(starts, gamma);
+        }
+        buffers.counts.slices += 1;
+        buffers.counts.queries += asks.count as u64;
+        buffers.counts.runs += starts.len() as u64 - 1;
+        for channel in 0..self.channels {
+            self.sum_channel(channel, order, asks, buffers);
+        }
+    }
+
+    /// The factors' coordinate of each view ray: 1/sin β for a sun, β for a lamp.
+    #[inline(always)]
+    fn view_coordinates(&self, count: usize, buffers: &mut SliceBuffers) {
+        let views = &mut buffers.views[..count];
+        if self.lamp.is_none() {
+            for (view, sine) in views.iter_mut().zip(&buffers.sines) {
+                *view = 1.0 / sine;
+            }
+        } else {
+            for (view, (sine, cosine)) in views.iter_mut().zip(buffers.sines.iter().zip(&buffers.cosines)) {
+                *view = sine.atan2(*cosine);
+            }
+        }
+    }
+
+    /// Finds the light ray in which each pixel's ray ends; returns the farthest one.
+    #[inline(always)]
+    fn place(&self, order: ColumnOrder, asks: &mut Asks, buffers: &SliceBuffers) -> f32 {
+        let count = asks.count;
+        let (sines, cosines) = (&buffers.sines[..order.count()], &buffers.cosines[..order.count()]);
+        let mut reach = 0.0f32;
+        let last = order.count() as u32 - 1;
+        let distance = self.lamp.map(|distance| distance as f32);
+        let places = asks.ranks[..count].iter_mut().zip(&mut asks.gammas[..count]);
+        for ((rank, gamma), (&column, &end)) in places.zip(asks.columns[..count].iter().zip(&asks.ends[..count])) {
+            *rank = if order.ascending { column } else { last - column };
+            let (sine, cosine) = (sines[column as usize], cosines[column as usize]);
+            *gamma = match distance {
+                None => end * sine,
+                Some(distance) => turn(distance - end * cosine, end * sine),
+            };
+            reach = reach.max(*gamma);
+        }
+        reach
+    }
+
+    /// Rectifies the light rays of a slice up to `reach`.
+    #[inline(always)]
+    fn rectify(&self, plane: &SlicePlane, order: ColumnOrder, reach: f32, buffers: &mut SliceBuffers) {
+        let columns = order.count() as u32;
+        let behind = if self.epipole.outward { columns } else { 0 };
+        let reach = f64::from(reach);
+        let row = &mut buffers.row;
+        row.clear(0);
+        row.push(0.0, columns);
+        let mut append = |line: MapLine, layer: &ShadowLayer<'_>| {
+            buffers.counts.texels += u64::from(line.columns);
+            row.append(self.level, &line, layer.texels(), columns, behind, self.split_over);
+            // Outside of the map nothing is shadowed.
+            row.push(line.gamma.at(line.length), columns);
+        };
+        match self.frame.shadow() {
+            ShadowMap::Orthographic(layer) | ShadowMap::Perspective(layer) => {
+                if let Some(line) = self.line(layer.projection(), plane, order, reach) {
+                    append(line, layer);
+                }
+            }
+            ShadowMap::Cube(cube) => {
+                let mut faces: [_; 6] = std::array::from_fn(|face| {
+                    let line = self.line(cube.face(face).projection(), plane, order, reach);
+                    line.map(|line| (line.gamma.at(0.0), face, line))
+                });
+                // In the order of γ; `None` first.
+                faces.sort_unstable_by(|a, b| {
+                    let start = |face: &Option<(f32, usize, MapLine)>| face.as_ref().map_or(-1.0, |face| face.0);
+                    start(a).total_cmp(&start(b))
+                });
+                for (_, face, line) in faces.into_iter().flatten() {
+                    append(line, &cube.face(face));
+                }
+            }
+            ShadowMap::Unshadowed | ShadowMap::Cascades(_) => {}
+        }
+        row.finish();
+    }
+
+    /// The slice's line through a map of the light.
+    #[inline(always)]
+    fn line(
+        &self,
+        projection: &MapProjection,
+        plane: &SlicePlane,
+        order: ColumnOrder,
+        reach: f64,
+    ) -> Option<MapLine> {
+        match self.lamp {
+            None => MapLine::sun(projection, self.camera.eye(), plane, order, reach),
+            Some(distance) => MapLine::lamp(projection, plane, order, distance, reach),
+        }
+    }
+
+    /// Sums one channel, band by band: columns of one band follow each other.
+    #[inline(always)]
+    fn sum_channel(&self, channel: usize, order: ColumnOrder, asks: &mut Asks, buffers: &mut SliceBuffers) {
+        let factors = channel.min(self.integrand.channels() - 1);
+        let mut first = 0;
+        while first < asks.count {
+            let band_of =
+                |ask: usize| self.integrand.band_of(factors, buffers.views[asks.columns[ask] as usize]);
+            let band = band_of(first);
+            let last = if self.integrand.band_count() == 1 {
+                asks.count
+            } else {
+                (first + 1..asks.count).find(|&ask| band_of(ask) != band).unwrap_or(asks.count)
+            };
+            let mut prefix = std::mem::take(&mut buffers.lamp_prefix);
+            let (tables, lanes) = self.integrand.tables(factors, band, &buffers.cone, &mut prefix);
+            match lanes {
+                1 => self.sum_band::<1>(&tables, first..last, channel, order, asks, buffers),
+                2 => self.sum_band::<2>(&tables, first..last, channel, order, asks, buffers),
+                4 => self.sum_band::<4>(&tables, first..last, channel, order, asks, buffers),
+                _ => self.sum_band::<8>(&tables, first..last, channel, order, asks, buffers),
+            }
+            buffers.lamp_prefix = prefix;
+            first = last;
+        }
+    }
+
+    #[inline(always)]
+    fn sum_band<const N: usize>(
+        &self,
+        tables: &BandTables<'_>,
+        range: std::ops::Range<usize>,
+        channel: usize,
+        order: ColumnOrder,
+        asks: &mut Asks,
+        buffers: &mut SliceBuffers,
+    ) {
+        let table = Table::<N>::new(tables.prefix, tables.per_gamma);
+        let gammas = &asks.gammas[range.clone()];
+        let ends = &mut buffers.ends.as_chunks_mut::<N>().0[..gammas.len()];
+        for (end, &gamma) in ends.iter_mut().zip(gammas) {
+            *end = table.at(gamma);
+        }
+        let ask_runs = &asks.runs[range.clone()];
+        let runs = ask_runs.iter().fold(0, |a, &b| a.max(b)) as usize + 1;
+        let (starts, lit, tint) = if self.frame.texture().is_some() {
+            let tinted = &buffers.tinted;
+            (tinted.starts(), tinted.lit(), Some(tinted.tint(channel)))
+        } else {
+            (buffers.row.starts(), buffers.row.lit(), None)
+        };
+        let prefix = &mut buffers.prefix.as_chunks_mut::<N>().0[..=runs];
+        for (value, &gamma) in prefix.iter_mut().zip(starts) {
+            *value = table.at(gamma);
+        }
+        let ranks = &asks.ranks[range.clone()];
+        let (a, b) = (ranks[0], ranks[ranks.len() - 1]);
+        let problem = Problem {
+            lit: &lit[..runs],
+            prefix,
+            tint: tint.map(|tint| &tint[..runs]),
+            queries: Queries { ranks, runs: ask_runs },
+            ends,
+            columns: [a.min(b), a.max(b) + 1],
+            ascending: order.ascending,
+        };
+        let sums = &mut buffers.sums.as_chunks_mut::<N>().0[..gammas.len()];
+        integrate(self.integrator, &problem, &mut buffers.integrator, sums);
+
+        // Glass may brighten.
+        let brightest = if tint.is_some() { f32::MAX } else { 1.0 };
+        let weights = Table::<N>::new(tables.weights, tables.per_view);
+        let first_view = tables.first_view as f32;
+        let columns = &asks.columns[range.clone()];
+        let answers = asks.shares[channel][range].iter_mut().zip(columns);
+        for ((share, &column), (sum, end)) in answers.zip(sums.iter().zip(&*ends)) {
+            let view = weights.at((buffers.views[column as usize] - first_view).max(0.0));
+            let (mut lit, mut whole) = (0.0f32, 0.0f32);
+            for term in 0..N {
+                lit += view[term] * sum[term];
+                whole += view[term] * end[term];
+            }
+            // A ray without length has no shadow, and its radiance is 0 anyway.
+            *share = if whole > 0.0 { (lit / whole).max(0.0).min(brightest) } else { 1.0 };
+        }
+    }
+}
+
+/// A table of factors over a uniform grid, interpolated linearly.
+struct Table<'a, const N: usize> {
+    nodes: &'a [Terms<N>],
+    per_unit: f32,
+    last: f32,
+}
+
+impl<'a, const N: usize> Table<'a, N> {
+    /// `scale` maps the argument to [0, 1].
+    #[inline(always)]
+    fn new(flat: &'a [f32], scale: f64) -> Self {
+        let nodes = flat.as_chunks::<N>().0;
+        let last = (nodes.len() - 1) as f32;
+        Self { nodes, per_unit: (scale * f64::from(last)) as f32, last }
+    }
+
+    #[inline(always)]
+    fn at(&self, argument: f32) -> Terms<N> {
+        let place = (argument * self.per_unit).min(self.last);
+        let index = (place as usize).min(self.nodes.len() - 2);
+        let part = place - index as f32;
+        let (a, b) = (&self.nodes[index], &self.nodes[index + 1]);
+        std::array::from_fn(|term| a[term] + part * (b[term] - a[term]))
+    }
+}
