@@ -11,7 +11,7 @@ use scatter::{
     Camera, Medium, ModelError, Phase, Quality, ScatterImage, Scattering, SceneFacts, TECHNIQUES, Target,
     Technique, VolumetricShadow,
 };
-use scatter_validate::Contender;
+use scatter_validate::{Contender, Labelled, compare};
 use scatter_validate::checks::coloured_glass;
 use scatter_validate::scenario::{Scenario, Shadow, texels_of};
 use scatter_validate::stress::scenes;
@@ -155,13 +155,9 @@ fn rel_rmse(image: &ScatterImage, scene: &Scenario) -> f64 {
     let facts = scene.with_frame(SceneFacts::of).expect("the scene is a frame");
     let mut reference = Contender::Reference.instance(&facts).expect("the reference has no options");
     render(reference.as_mut(), scene, &mut truth);
-    let (mut square, mut sum) = (0.0, 0.0);
-    for (a, b) in image.inscattered().iter().flatten().zip(truth.inscattered().iter().flatten()) {
-        square += f64::from(a - b).powi(2);
-        sum += f64::from(*b);
-    }
-    let count = 3.0 * truth.inscattered().len() as f64;
-    (square / count).sqrt() / (sum / count)
+    let reference = Labelled { label: "truth", size: truth.size(), pixels: truth.inscattered() };
+    let test = Labelled { label: "test", size: image.size(), pixels: image.inscattered() };
+    compare(reference, test, None).expect("two images of one size").rel_rmse
 }
 
 /// Time of each feature over that of what it is compared with, a column a technique.

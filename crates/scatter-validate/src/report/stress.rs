@@ -53,10 +53,6 @@ pub fn stress_grid(results: &[StressResult], methods: &[&str]) -> String {
          RMS of a technique at its finest setting. <b>unsupported</b> was said before any work, <b>refused</b> is bad \
          input that the model itself turns down.</p>\n",
     );
-    let remarks = remarks(results, methods);
-    if !remarks.is_empty() {
-        let _ = writeln!(grid, "<pre>{}</pre>", escaped(&remarks));
-    }
     grid.push_str(
         "<div class=\"scroll\"><table class=\"stress\">\n<thead><tr><th scope=\"col\">extreme</th>",
     );
@@ -88,6 +84,10 @@ pub fn stress_grid(results: &[StressResult], methods: &[&str]) -> String {
         grid.push_str("</tr>\n");
     }
     grid.push_str("</tbody>\n</table></div>\n");
+    let remarks = remarks(results, methods);
+    if !remarks.is_empty() {
+        let _ = writeln!(grid, "<pre>{}</pre>", escaped(&remarks));
+    }
     grid
 }
 
