@@ -28,6 +28,8 @@ pub enum Command {
     Methods(Methods),
     /// The built-in shots: what each is there to show, triangles, light, optical depth
     Shots(Shots),
+    /// Every technique on every extreme, against closed forms; exit 1 if a number is wrong
+    Stress(crate::commands::stress::Stress),
     /// Everything CI checks: format, lints, docs, all tests, a quick validate
     Test,
 }
@@ -81,6 +83,9 @@ pub struct Validate {
     /// Write a self-contained HTML report into this folder
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Prove that the checks can fail: every deliberately wrong variant must be rejected; exit 1 if one survives
+    #[arg(long, conflicts_with_all = ["shots", "report", "set", "size", "shadow_map", "vulkan_device"])]
+    pub mutants: bool,
 }
 
 /// `render`.

@@ -16,6 +16,11 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use flags::{Cli, Command};
+use scatter_validate::checks::counting_allocator::CountingAllocator;
+
+/// Counts a thread's allocations for `stress`: one addition each, and timed frames allocate nothing.
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -68,6 +73,7 @@ fn dispatch(command: Command) -> anyhow::Result<Verdict> {
         Command::Compare(flags) => commands::compare::run(&flags),
         Command::Methods(flags) => commands::methods::run(&flags),
         Command::Shots(flags) => commands::shots::run(&flags),
+        Command::Stress(flags) => commands::stress::run(&flags),
         Command::Test => commands::test::run(),
     }
 }

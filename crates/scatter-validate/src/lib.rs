@@ -7,6 +7,14 @@
 
 pub mod closed_form;
 
+pub mod scenario;
+pub mod texel_cells;
+
+pub mod checks;
+pub mod contender;
+pub mod mutants;
+pub mod stress;
+
 pub mod staged_shot;
 
 pub mod measure;
@@ -24,6 +32,7 @@ pub mod row;
 pub mod table;
 
 pub use baseline::Baseline;
+pub use contender::Contender;
 pub use figures::{CompareError, Figures, Labelled, compare};
 pub use machine::Machine;
 pub use matrix::{Matrix, MatrixError, Pictures, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, Settings, ShotResult};

@@ -16,6 +16,14 @@ pub fn run(flags: &Compare) -> anyhow::Result<Verdict> {
     let reference = read_exr(&flags.reference)?;
     let test = read_exr(&flags.test)?;
     let mask = flags.mask.as_deref().map(|path| read_mask_of(path, &test)).transpose()?;
+    let bits = |image: &RadianceImage| image.pixels.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
+    if reference.size == test.size && bits(&reference) == bits(&test) {
+        bail!(
+            "{} and {} hold the same bits: an image compared with itself; give two different images",
+            flags.reference.display(),
+            flags.test.display()
+        );
+    }
     let (reference_label, test_label) = (label(&flags.reference), label(&flags.test));
     let figures = compare(
         Labelled { label: &reference_label, size: reference.size, pixels: &reference.pixels },

@@ -2,7 +2,9 @@
 
 pub mod compare;
 pub mod methods;
+pub mod mutants;
 pub mod render;
 pub mod shots;
+pub mod stress;
 pub mod test;
 pub mod validate;

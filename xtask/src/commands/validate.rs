@@ -18,6 +18,9 @@ use crate::select::{Method, at_size, baseline, check_options, map_size, method, 
 /// Measures, prints and judges.
 pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     let rendering = &flags.rendering;
+    if flags.mutants {
+        return super::mutants::run(flags);
+    }
     let raster = raster_device(rendering)?;
     let methods = rendering.methods.iter().map(|id| method(id)).collect::<anyhow::Result<Vec<Method>>>()?;
     let techniques: Vec<&dyn Technique> = if methods.is_empty() {

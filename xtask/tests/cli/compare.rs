@@ -60,4 +60,6 @@ fn what_cannot_be_compared_is_an_error_of_one_line() {
     std::fs::write(&garbage, [0u8; 100]).unwrap();
     let bad = error_line(folder.path(), &["compare", "a.exr", "garbage.exr"]);
     assert!(bad.starts_with("error: garbage.exr: "), "{bad}");
+    let copy = error_line(folder.path(), &["compare", "a.exr", "c.exr"]);
+    assert!(copy.contains("a.exr and c.exr hold the same bits"), "{copy}");
 }

@@ -3,6 +3,7 @@
 mod compare;
 mod errors;
 mod render;
+mod stress;
 mod validate;
 
 use std::path::{Path, PathBuf};

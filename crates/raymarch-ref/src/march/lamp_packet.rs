@@ -55,6 +55,9 @@ pub struct LampMarch<'a> {
     pub first: [f32; LANES],
     /// Equi-angular: a step of ξ. Uniform: a step's length over h.
     pub step: [f32; LANES],
+    /// Equi-angular: 1 in lanes whose angles are counted from the other end, as π/2 − ξ with a negative step; else 0.
+    /// Of a ray that leads away from the lamp ξ comes so close to π/2 that f32 has no digits left for its cosine.
+    pub from_end: [f32; LANES],
     /// `σt·t₀` per channel: the extinction up to the foot, may be negative.
     pub depth_to_foot: [[f32; LANES]; 3],
     /// `σt·h` per channel.
@@ -80,6 +83,8 @@ pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize>(
     visibility: V,
 ) -> [[f32; LANES]; 3] {
     let (first, step_size) = (load(simd, &march.first), load(simd, &march.step));
+    let any_from_end = march.from_end.iter().any(|&lane| lane > 0.0);
+    let from_end = load(simd, &march.from_end).simd_gt(splat(simd, 0.5));
     let seeds: u32x16<S> = march.seeds.unwrap_or([0; LANES]).simd_into(simd);
     let one = splat(simd, 1.0);
     let zero = [splat(simd, 0.0); CHANNELS];
@@ -99,7 +104,10 @@ pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize>(
                 let from = splat(simd, step as f32).mul_add(step_size, first);
                 uniform_sample(simd, at, from, step_size)
             } else {
-                let (sine, cosine) = sin_cos(simd, at);
+                let (mut sine, mut cosine) = sin_cos(simd, at);
+                if any_from_end {
+                    (sine, cosine) = (from_end.select(cosine, sine), from_end.select(sine, cosine));
+                }
                 // The last step's end may round beyond π/2.
                 let cosine = cosine.max(splat(simd, 1e-12));
                 let sample = LampSamples { cos: 2.0 * sine * cosine, sin: sine * sine - cosine * cosine };
@@ -149,7 +157,7 @@ pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize>(
     }
     if !march.uniform {
         for channel in &mut sum {
-            *channel *= step_size;
+            *channel *= step_size.abs();
         }
     }
     std::array::from_fn(|channel| sum[if channel < CHANNELS { channel } else { 0 }].into())

@@ -1,5 +1,7 @@
 //! How one frame is marched: what its scene requires, and the inner loop that does no more than that.
 
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
 use fearless_simd::prelude::*;
 use glam::DVec3;
 use scatter_core::{Frame, LampRay, Light, RayLight, SceneFacts, ShadowMap};
@@ -232,6 +234,7 @@ impl<'a> Plan<'a> {
             uniform: self.uniform,
             first: [0.0; LANES],
             step: [0.0; LANES],
+            from_end: [0.0; LANES],
             depth_to_foot: [[0.0; LANES]; 3],
             depth_of_distance: [[0.0; LANES]; 3],
             extinction: sigma_t != [0.0; 3],
@@ -265,8 +268,12 @@ impl<'a> Plan<'a> {
                 march.first[lane] = ((span.start - closest) / h) as f32;
                 march.step[lane] = ((span.end - span.start).max(0.0) / steps / h) as f32;
             } else {
-                march.first[lane] = part.from as f32;
-                march.step[lane] = ((part.to - part.from).max(0.0) / steps) as f32;
+                let step = (part.to - part.from).max(0.0) / steps;
+                // Wholly behind the foot: the complement of ξ keeps the digits.
+                let from_end = part.from > FRAC_PI_4;
+                march.from_end[lane] = f32::from(u8::from(from_end));
+                march.first[lane] = if from_end { FRAC_PI_2 - part.from } else { part.from } as f32;
+                march.step[lane] = if from_end { -step } else { step } as f32;
             }
             for (channel, sigma) in sigma_t.into_iter().enumerate() {
                 march.depth_to_foot[channel][lane] = (sigma * closest) as f32;

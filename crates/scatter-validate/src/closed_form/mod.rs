@@ -14,6 +14,7 @@ mod phase;
 mod quadrature;
 mod sun;
 
+pub(crate) use airlight::PUBLISHED;
 pub use airlight::{airlight_isotropic, lamp_radiance};
 pub use cone::Cone;
 pub use phase::PhaseFunction;

@@ -1,0 +1,120 @@
+//! Deliberately wrong techniques, and the proof that the stress matrix rejects each of them.
+//!
+//! A mutant is made around any technique, from outside: its input is perturbed as a fault in it would perturb it, or
+//! its output is; what no perturbation can show is recomposed from public stages ([`recomposed`]). Nothing of this is
+//! in a technique. Each mutant names the rung, a row of the stress matrix, that must reject it, where the correct
+//! technique passes.
+//!
+//! Waiting for public stages of techniques to come: min and max swapped while a 1D min/max tree is built
+//! (`minmax-mipmap`; [`Fault::NearAndFarSwapped`] stands for it), a prefix sum of a slice's sweep that is off by one
+//! ([`Fault::MapReadOneTexelFurther`]) and one epipolar slice shifted ([`Fault::OneColumnShifted`]).
+
+pub mod fault;
+mod input_faults;
+mod mutant;
+mod output_faults;
+pub mod recomposed;
+pub mod table;
+
+use scatter_core::Technique;
+
+use crate::contender::Contender;
+use crate::stress::cell::Cell;
+use crate::stress::row::StressRow;
+use crate::stress::rows::all_rows;
+use crate::stress::run;
+pub use fault::Fault;
+pub use mutant::Mutant;
+pub use recomposed::{PhysicsFault, Recomposed};
+
+/// What became of one mutant.
+#[derive(Debug, Clone)]
+pub struct MutantResult {
+    /// What is wrong with it.
+    pub name: &'static str,
+    /// The rung that must reject it, `group: row`.
+    pub rung: String,
+    /// One outcome a technique.
+    pub outcomes: Vec<MutantOutcome>,
+}
+
+/// What the rung said.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MutantOutcome {
+    /// Id of what the mutant was made around.
+    pub method: &'static str,
+    /// To the correct technique.
+    pub correct: Cell,
+    /// To the mutant.
+    pub mutant: Cell,
+}
+
+impl MutantOutcome {
+    /// The correct one passes and the mutant fails. A rung that the technique does not support proves nothing, and
+    /// is none of its faults.
+    pub fn is_rejected(&self) -> bool {
+        let passes = matches!(self.correct, Cell::Ok { .. });
+        (passes && self.mutant.has_failed()) || self.says_nothing()
+    }
+
+    /// Whether the rung could not be tried.
+    pub fn says_nothing(&self) -> bool {
+        matches!(self.correct, Cell::Unsupported(_) | Cell::NotRun(_))
+    }
+}
+
+impl MutantResult {
+    /// Whether one technique at least was tried, and every mutant was rejected.
+    pub fn is_rejected(&self) -> bool {
+        self.outcomes.iter().all(MutantOutcome::is_rejected)
+            && self.outcomes.iter().any(|outcome| !outcome.says_nothing())
+    }
+}
+
+/// Runs every mutant of the reference and of each technique on its rung. `progress` is told what comes next.
+pub fn run_mutants(techniques: &[&dyn Technique], progress: &mut dyn FnMut(&str)) -> Vec<MutantResult> {
+    let mut results = Vec::new();
+    let contenders = Contender::all(techniques);
+    for fault in Fault::ALL {
+        progress(fault.name());
+        let outcomes = contenders.iter().map(|correct| {
+            let mutant = Mutant { good: correct.technique(), fault };
+            let mutant = if correct.is_reference() {
+                Contender::Exact(&mutant)
+            } else {
+                Contender::Technique(&mutant)
+            };
+            outcome(fault.rung(), correct, &mutant)
+        });
+        results.push(MutantResult {
+            name: fault.name(),
+            rung: label(fault.rung()),
+            outcomes: outcomes.collect(),
+        });
+    }
+    for fault in PhysicsFault::ALL {
+        progress(fault.name());
+        let (correct, mutant) = (Recomposed { fault: None }, Recomposed { fault: Some(fault) });
+        let outcome = outcome(fault.rung(), &Contender::Technique(&correct), &Contender::Technique(&mutant));
+        results.push(MutantResult { name: fault.name(), rung: label(fault.rung()), outcomes: vec![outcome] });
+    }
+    results
+}
+
+fn label((group, name): (&str, &str)) -> String {
+    format!("{group}: {name}")
+}
+
+fn outcome(rung: (&str, &str), correct: &Contender<'_>, mutant: &Contender<'_>) -> MutantOutcome {
+    let Some(row) = row(rung) else {
+        let missing = Cell::fault(format!("the matrix has no row {}", label(rung)));
+        return MutantOutcome { method: correct.id(), correct: missing.clone(), mutant: missing };
+    };
+    let mut cells = run(row, &[*correct, *mutant]).cells.into_iter().map(|(cell, _)| cell);
+    let mut next = || cells.next().unwrap_or_else(|| Cell::fault("the row has no cell"));
+    MutantOutcome { method: correct.id(), correct: next(), mutant: next() }
+}
+
+fn row((group, name): (&str, &str)) -> Option<StressRow> {
+    all_rows().into_iter().find(|row| row.group == group && row.name == name)
+}

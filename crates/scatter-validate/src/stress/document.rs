@@ -1,0 +1,63 @@
+//! The stress matrix as JSON: the machine, and one row a cell with the keys of every other command's rows.
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::StressResult;
+use super::cell::{Cell, Miss};
+use crate::contender::Contender;
+use crate::machine::Machine;
+
+/// Everything that `stress --json` prints.
+#[derive(Debug, Serialize)]
+pub struct StressDocument<'a> {
+    /// Where it ran.
+    pub machine: &'a Machine,
+    /// One object a cell: `{shot, group, method, options, size, shadow_map, threads, time_ms, error, limit, pixel, level,
+    /// verdict}`; `shot` is the row's name.
+    pub rows: Vec<Value>,
+}
+
+impl<'a> StressDocument<'a> {
+    /// The document of these rows.
+    pub fn new(
+        machine: &'a Machine,
+        results: &[StressResult],
+        contenders: &[Contender<'_>],
+        threads: usize,
+    ) -> Self {
+        let rows = results.iter().flat_map(|row| {
+            row.cells.iter().zip(contenders).map(move |(cell, by)| value(row, cell, by, threads))
+        });
+        Self { machine, rows: rows.collect() }
+    }
+}
+
+fn value(row: &StressResult, (cell, time): &(Cell, f64), by: &Contender<'_>, threads: usize) -> Value {
+    let options: std::collections::BTreeMap<_, _> = by.finest().into_iter().collect();
+    // JSON has no NaN and no ∞: they are null, and the verdict says more.
+    let (error, limit, pixel) = match cell {
+        Cell::Ok { error } => (json!(error), Value::Null, Value::Null),
+        Cell::Fail(Miss { error, limit, pixel, .. }) => (json!(error), json!(limit), json!(pixel)),
+        Cell::Unsupported(_) | Cell::Refused(_) | Cell::NotRun(_) => (Value::Null, Value::Null, Value::Null),
+    };
+    let verdict = match cell {
+        Cell::Ok { .. } | Cell::Refused(_) => "ok".to_string(),
+        other => other.to_string(),
+    };
+    json!({
+        "shot": row.name,
+        "group": row.group,
+        "method": by.id(),
+        "options": options,
+        "size": row.size,
+        "shadow_map": row.map_side,
+        "threads": threads,
+        "time_ms": { "total": time },
+        "error": error,
+        "limit": limit,
+        "pixel": pixel,
+        "level": if by.is_reference() { Value::Null } else { json!("film") },
+        "verdict": verdict,
+    })
+}

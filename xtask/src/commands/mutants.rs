@@ -1,0 +1,65 @@
+//! `validate --mutants`: the proof that the checks can fail; exit 1 if a deliberately wrong variant survives.
+
+use scatter::{TECHNIQUES, Technique};
+use scatter_validate::Machine;
+use scatter_validate::mutants::{MutantResult, run_mutants, table::table};
+use serde_json::{Value, json};
+
+use crate::Verdict;
+use crate::flags::Validate;
+use crate::output::{print, print_json};
+use crate::progress::Progress;
+use crate::run::in_pool;
+use crate::select::{Method, method};
+
+/// Runs every mutant of the reference and of each technique.
+pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
+    let rendering = &flags.rendering;
+    let mut techniques: Vec<&dyn Technique> = Vec::new();
+    for id in &rendering.methods {
+        if let Method::Technique(technique) = method(id)? {
+            techniques.push(technique);
+        }
+    }
+    if rendering.methods.is_empty() {
+        techniques = TECHNIQUES.to_vec();
+    }
+    let progress = Progress::new(None, false);
+    let (results, _) = in_pool(rendering.threads, |threads| {
+        (run_mutants(&techniques, &mut |name| progress.stage(name)), threads)
+    })?;
+    drop(progress);
+    let references = [scatter_validate::SHADOW_MAP_TRUTH];
+    let ids = techniques.iter().map(|technique| technique.info().id);
+    let methods: Vec<&str> = references.into_iter().chain(ids).collect();
+    let survivors = results.iter().filter(|result| !result.is_rejected()).count();
+    if rendering.json {
+        let rows: Vec<Value> = results.iter().flat_map(documents).collect();
+        print_json(&json!({ "machine": Machine::this(), "rows": rows }))?;
+    } else {
+        print("what must be rejected; in brackets the error of the correct technique at the same rung\n\n")?;
+        print(&table(&results, &methods))?;
+        print(&format!("{} mutants, {survivors} survive\n", results.len()))?;
+    }
+    Ok(if survivors == 0 { Verdict::Well } else { Verdict::OutOfTolerance })
+}
+
+fn documents(result: &MutantResult) -> Vec<Value> {
+    let outcomes = result.outcomes.iter();
+    outcomes
+        .map(|outcome| {
+            json!({
+                "mutant": result.name,
+                "rung": result.rung,
+                "method": outcome.method,
+                "correct": outcome.correct.to_string(),
+                "wrong": outcome.mutant.to_string(),
+                "verdict": match (outcome.says_nothing(), outcome.is_rejected()) {
+                    (true, _) => "unsupported",
+                    (false, true) => "rejected",
+                    (false, false) => "SURVIVES",
+                },
+            })
+        })
+        .collect()
+}
