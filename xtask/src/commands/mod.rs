@@ -5,4 +5,5 @@ pub mod methods;
 pub mod render;
 pub mod shots;
 pub mod test;
+pub mod tradeoff;
 pub mod validate;

@@ -3,6 +3,7 @@
 mod compare;
 mod errors;
 mod render;
+mod tradeoff;
 mod validate;
 
 use std::path::{Path, PathBuf};

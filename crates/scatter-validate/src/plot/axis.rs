@@ -27,7 +27,7 @@ pub(super) struct Scale {
 /// Room beyond the outermost values, in the logarithm: a marker is not cut off.
 const MARGIN: f64 = 0.08;
 /// From here on labels stand at whole decades alone.
-const MANY_DECADES: f64 = 1.6;
+const MANY_DECADES: f64 = 2.1;
 
 impl Scale {
     /// A scale that shows all of the values, at least two thirds of a decade; values that are not positive and finite do

@@ -5,6 +5,7 @@
 mod base64;
 mod html;
 mod picture;
+mod tradeoff;
 
 use scatter_scene::{RadianceImage, encode_png};
 
@@ -13,6 +14,7 @@ use crate::matrix::{Pictures, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 use crate::row::Row;
 use html::{Page, escaped};
 pub use picture::exposure;
+pub use tradeoff::TradeSection;
 
 /// What a report says. Pictures become PNGs as they are added, so that no radiance image is held.
 pub struct Report {

@@ -25,3 +25,6 @@ pub use scaling::{SCALING_FACTORS, Scaling, ScalingRow, Slope, slopes};
 pub use setting::{Setting, Source, ladder};
 pub use slope::Fit;
 pub use sweep::{Limits, Rung, ShotTrade, Sweep};
+
+#[cfg(test)]
+pub(crate) use sweep::tests as sweep_tests;

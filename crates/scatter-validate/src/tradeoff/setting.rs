@@ -57,7 +57,8 @@ impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let target = match (self.source, self.target) {
             (Source::Quality, Target::Quality(level)) => Some(level.to_string()),
-            (_, Target::Error(error)) => Some(format!("error {} %", crate::table::percent(error))),
+            // Percent to the digits that halves have.
+            (_, Target::Error(error)) => Some(format!("error {} %", (1e8 * error).round() / 1e6)),
             _ => None,
         };
         let options = self.overrides.iter().map(|(key, value)| format!("{key}={value}"));
@@ -86,6 +87,11 @@ mod tests {
             .collect();
         assert_eq!(errors.len(), 8);
         assert_eq!((errors[0], errors[1], errors[2]), (0.1, 0.05, 0.025));
+        let promises = of(Source::Error, &settings);
+        assert_eq!(
+            (promises[0].to_string().as_str(), promises[3].to_string().as_str()),
+            ("error 10 %", "error 1.25 %")
+        );
         assert!(errors[7] >= 0.0005 && errors[7] < 0.001, "{errors:?}");
         let own = of(Source::Ladder, &settings);
         assert_eq!(own.len(), TECHNIQUE.ladder().len());

@@ -101,8 +101,8 @@ impl Sweep<'_> {
                 Climb { sweep: self, judge: &judge, technique, seen: Vec::new(), rungs: &mut rungs };
             let mut ended = None;
             for setting in settings {
-                // A source's finer settings are left out, not those of another source.
-                if ended == Some(setting.source) {
+                // A source's finer settings are left out, not those of another source, nor what others are divided into.
+                if ended == Some(setting.source) && setting.source != Source::Search {
                     continue;
                 }
                 progress(&format!("{}: {} {setting}", judge.shot.name(), technique.info().id));
@@ -344,12 +344,12 @@ impl ShotTrade {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::row::tests::{figures, row};
 
     /// A rung with that error and time on one thread; half of it on all threads.
-    pub(in crate::tradeoff) fn rung(method: &str, error: f64, one_thread_ms: f64) -> Rung {
+    pub(crate) fn rung(method: &str, error: f64, one_thread_ms: f64) -> Rung {
         let mut row = row(method, "nave");
         row.errors.shadow_map = Some(figures(0.5 * error, error));
         row.errors.raycast = Some(figures(error, 3.0 * error));
@@ -362,7 +362,7 @@ pub(super) mod tests {
     }
 
     /// The marcher at 40, 9, 2 and 0.5 %, and a technique that reaches film at once and another that never does.
-    pub(in crate::tradeoff) fn trade() -> ShotTrade {
+    pub(crate) fn trade() -> ShotTrade {
         let march =
             [(0.4, 2.0), (0.09, 10.0), (0.02, 50.0), (0.005, 200.0)].map(|(e, t)| rung("march", e, t));
         let exact = [(0.004, 20.0), (0.001, 25.0)].map(|(e, t)| rung("exact", e, t));
