@@ -21,6 +21,8 @@ mod lamp_interval_f32;
 mod ray_light;
 mod sun_interval;
 
+mod march;
+
 mod quality;
 mod technique;
 
@@ -39,6 +41,7 @@ pub use frame::{Frame, ShadowMapSource};
 pub use lamp_interval::{LampIntegral, LampRay, airlight};
 pub use lamp_interval_f32::LampIntegralF32;
 pub use light::{DirectionalLight, Light, LightTexture, PointLight, SpotLight};
+pub use march::walked_radiance;
 pub use medium::{Medium, Scattering};
 pub use phase::{INV_4PI, Phase};
 pub use quality::{Quality, Target};

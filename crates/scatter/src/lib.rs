@@ -60,6 +60,8 @@
 
 pub use scatter_core::*;
 
+#[cfg(feature = "epipolar")]
+pub use epipolar;
 #[cfg(feature = "raymarch-ref")]
 pub use raymarch_ref;
 
@@ -67,6 +69,8 @@ pub use raymarch_ref;
 pub static TECHNIQUES: &[&dyn Technique] = &[
     #[cfg(feature = "raymarch-ref")]
     &raymarch_ref::TECHNIQUE,
+    #[cfg(feature = "epipolar")]
+    &epipolar::TECHNIQUE,
 ];
 
 /// The technique with that id.

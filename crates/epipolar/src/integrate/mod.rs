@@ -1,0 +1,172 @@
+//! Sums over the lit light rays before each pixel: the in-slice problem `Σ Γ(γ)` over `γ < D, S(γ) > β` (Baran et al.
+//! 2010, Sections 4 and 5), by four algorithms that are exact to each other.
+//!
+//! - [`Integrator::Tree`]: the paper's. View rays are swept from the light on; runs that end are zeroed in a
+//!   half-stored partial-sum tree (Fenwick 1994), queries are prefix sums.
+//! - [`Integrator::Cursor`]: the same sweep, with block sums and a prefix that moves along with the depth.
+//! - [`Integrator::Sweep`]: the dual. Runs are swept from the eye on and added where they end; a query is a suffix sum
+//!   over the view rays behind its own, asked when the sweep passes its depth.
+//! - [`Integrator::Direct`]: O(queries·runs), the definition.
+
+mod cursor;
+mod direct;
+mod fenwick;
+mod run_index;
+mod sweep;
+mod tree;
+
+use crate::row::Row;
+pub use run_index::RunIndex;
+
+/// Which algorithm sums.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Integrator {
+    /// Dual streaming sweep.
+    #[default]
+    Sweep,
+    /// Primal partial-sum tree, the paper's.
+    Tree,
+    /// Primal blocks with a moving prefix.
+    Cursor,
+    /// The definition, term by term.
+    Direct,
+}
+
+impl Integrator {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Sweep, Self::Tree, Self::Cursor, Self::Direct];
+}
+
+/// A factor's values at a light ray: one a term of the factorisation.
+pub type Terms<const N: usize> = [f32; N];
+
+/// The pixels to be answered, in the order of their columns.
+#[derive(Debug, Clone, Copy)]
+pub struct Queries<'a> {
+    /// Column of each, counted from the light.
+    pub ranks: &'a [u32],
+    /// The run in which its ray ends.
+    pub runs: &'a [u32],
+}
+
+/// One problem: the runs of a row up to some reach, and queries of consecutive columns.
+#[derive(Debug, Clone, Copy)]
+pub struct Problem<'a, const N: usize> {
+    /// Per run the columns that see it lit, counted from the light.
+    pub lit: &'a [u32],
+    /// `∫ Γ` up to the start of each run, and to the end of the last.
+    pub prefix: &'a [Terms<N>],
+    /// Colour of each run, if the light has any.
+    pub tint: Option<&'a [f32]>,
+    /// Queries; ranks within `columns`.
+    pub queries: Queries<'a>,
+    /// `∫ Γ` up to the end of each query's ray.
+    pub ends: &'a [Terms<N>],
+    /// First rank of a query, and the one after the last.
+    pub columns: [u32; 2],
+    /// Whether queries come with ascending ranks; else descending.
+    pub ascending: bool,
+}
+
+impl<const N: usize> Problem<'_, N> {
+    /// What a run weighs from its start to `end`.
+    #[inline(always)]
+    fn part(&self, run: usize, end: &Terms<N>) -> Terms<N> {
+        let start = &self.prefix[run];
+        let tint = self.tint.map_or(1.0, |tint| tint[run]);
+        std::array::from_fn(|term| tint * (end[term] - start[term]))
+    }
+
+    /// What a whole run weighs.
+    #[inline(always)]
+    fn whole(&self, run: usize) -> Terms<N> {
+        self.part(run, &self.prefix[run + 1])
+    }
+
+    /// How many of the problem's columns see a run lit.
+    #[inline(always)]
+    fn lit_columns(&self, run: usize) -> usize {
+        self.lit[run].clamp(self.columns[0], self.columns[1]) as usize - self.columns[0] as usize
+    }
+
+    /// A query's column within the problem.
+    #[inline(always)]
+    fn column(&self, query: usize) -> usize {
+        (self.queries.ranks[query] - self.columns[0]) as usize
+    }
+
+    /// The part of the run in which a query's ray ends, if it is lit there.
+    #[inline(always)]
+    fn last_part(&self, query: usize) -> Terms<N> {
+        let run = self.queries.runs[query] as usize;
+        if self.lit[run] > self.queries.ranks[query] { self.part(run, &self.ends[query]) } else { [0.0; N] }
+    }
+}
+
+#[inline(always)]
+fn add<const N: usize>(sum: &mut Terms<N>, terms: &Terms<N>) {
+    for term in 0..N {
+        sum[term] += terms[term];
+    }
+}
+
+/// Buffers of the integrators, kept from slice to slice.
+#[derive(Debug, Clone, Default)]
+pub struct IntegratorScratch {
+    sums: Vec<f32>,
+    blocks: Vec<f32>,
+    heads: Vec<u32>,
+    next: Vec<u32>,
+}
+
+impl IntegratorScratch {
+    /// Grows buffers to what rows of `runs` runs, `columns` columns and `queries` queries need.
+    pub fn reserve(&mut self, runs: usize, columns: usize, queries: usize, terms: usize) {
+        let longest = runs.max(columns) + 2;
+        grow(&mut self.sums, longest * terms, 0.0);
+        grow(&mut self.blocks, longest.div_ceil(cursor::BLOCK) * terms + terms, 0.0);
+        grow(&mut self.heads, longest, 0);
+        grow(&mut self.next, runs.max(queries) + 1, 0);
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        4 * (self.sums.capacity() + self.blocks.capacity() + self.heads.capacity() + self.next.capacity())
+    }
+}
+
+fn grow<T: Clone>(buffer: &mut Vec<T>, length: usize, value: T) {
+    if buffer.len() < length {
+        buffer.resize(length, value);
+    }
+}
+
+/// Groups of N numbers of a flat buffer.
+#[inline(always)]
+fn groups<const N: usize>(flat: &mut [f32], count: usize) -> &mut [Terms<N>] {
+    &mut flat.as_chunks_mut::<N>().0[..count]
+}
+
+/// Sums the lit parts of every query's ray into `out`.
+#[inline(always)]
+pub fn integrate<const N: usize>(
+    integrator: Integrator,
+    problem: &Problem<'_, N>,
+    scratch: &mut IntegratorScratch,
+    out: &mut [Terms<N>],
+) {
+    match integrator {
+        Integrator::Sweep => sweep::integrate(problem, scratch, out),
+        Integrator::Tree => tree::integrate(problem, scratch, out),
+        Integrator::Cursor => cursor::integrate(problem, scratch, out),
+        Integrator::Direct => direct::integrate(problem, out),
+    }
+}
+
+/// The index of the last run that a set of ends reaches, one more.
+pub fn reached(row: &Row, reach: f32) -> usize {
+    row.starts()[..row.len()].partition_point(|&start| start <= reach).max(1)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,55 @@
+//! Which run a light ray is in: a table of buckets over γ, and a few steps from there.
+
+use crate::row::Row;
+
+/// Buckets of a row. More make the table slower to fill, fewer the steps longer.
+const BUCKETS: usize = 256;
+
+/// An index over the runs of one row.
+#[derive(Debug, Clone)]
+pub struct RunIndex {
+    first: [u32; BUCKETS + 1],
+    per_gamma: f32,
+}
+
+impl Default for RunIndex {
+    fn default() -> Self {
+        Self { first: [0; BUCKETS + 1], per_gamma: 0.0 }
+    }
+}
+
+impl RunIndex {
+    /// Indexes the runs of a row, whose first one starts at 0, for light rays up to `reach` > 0.
+    #[inline(always)]
+    pub fn fill(&mut self, row: &Row, reach: f32) {
+        self.per_gamma = if reach < f32::MAX { BUCKETS as f32 / reach.max(f32::MIN_POSITIVE) } else { 0.0 };
+        let mut filled = 0;
+        for (run, &start) in row.starts()[..row.len()].iter().enumerate().skip(1) {
+            let bucket = self.bucket(start);
+            while filled <= bucket {
+                self.first[filled] = run as u32 - 1;
+                filled += 1;
+            }
+            if filled > BUCKETS {
+                return;
+            }
+        }
+        self.first[filled..].fill(row.len() as u32 - 1);
+    }
+
+    #[inline(always)]
+    fn bucket(&self, gamma: f32) -> usize {
+        // 0 · ∞ is NaN, which the cast turns into 0.
+        ((gamma * self.per_gamma) as usize).min(BUCKETS)
+    }
+
+    /// The run that holds γ.
+    #[inline(always)]
+    pub fn find(&self, starts: &[f32], gamma: f32) -> u32 {
+        let mut run = self.first[self.bucket(gamma)] as usize;
+        while starts[run + 1] <= gamma {
+            run += 1;
+        }
+        run as u32
+    }
+}

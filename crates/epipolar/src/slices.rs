@@ -1,0 +1,228 @@
+//! Slices: the image lines through the epipole on which light is integrated, and their sinh distribution (Baran et
+//! al. 2010, Section 8).
+//!
+//! Every slice leaves the image through a point of its border. On an edge at the pixel distance h from the epipole,
+//! exits `h·sinh(α/h)` at equal steps of α are as far from each other, measured across the slices, as the spacing
+//! asks for; closer to the epipole slices only get denser. At spacing 1 no pixel centre is farther than half a pixel
+//! from a slice (shown by brute force in the tests).
+//!
+//! Beyond the paper: slices come in **fans**. A fan holds the slices that leave through one edge and are steeper, or
+//! flatter, than 45°, with its two border lines included. In a flat fan every slice has one point per pixel column,
+//! so that pixels lie between two slices of their own column and can be interpolated along it; in a steep fan the
+//! same holds for rows. Each pixel belongs to exactly one fan.
+
+use glam::DVec2;
+
+use crate::epipole::Epipole;
+
+/// Which of the two image axes a fan's slices are counted along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Major {
+    /// Flat slices: one point a column, interpolated down the column.
+    X,
+    /// Steep slices: one point a row, interpolated along the row.
+    Y,
+}
+
+impl Major {
+    /// The component along the slice.
+    pub fn of(self, p: DVec2) -> f64 {
+        match self {
+            Self::X => p.x,
+            Self::Y => p.y,
+        }
+    }
+
+    /// The component across the slice.
+    pub fn minor_of(self, p: DVec2) -> f64 {
+        match self {
+            Self::X => p.y,
+            Self::Y => p.x,
+        }
+    }
+}
+
+/// One image line through the epipole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slice {
+    /// Where it leaves the image, in pixels.
+    pub exit: DVec2,
+    /// Change of the minor coordinate per pixel of the major one, |slope| ≤ 1 to rounding.
+    pub slope: f64,
+}
+
+impl Slice {
+    /// The minor coordinate at a major coordinate, in pixels.
+    pub fn minor_at(&self, major: Major, along: f64) -> f64 {
+        major.minor_of(self.exit) + self.slope * (along - major.of(self.exit))
+    }
+}
+
+/// Slices that leave through one edge of the image on one side of the 45° lines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fan {
+    /// The axis along which its slices are counted.
+    pub major: Major,
+    /// Whether the major coordinate grows away from the epipole.
+    pub ascending: bool,
+    /// Index of its first slice; slices are sorted by their minor coordinate.
+    pub first: usize,
+    /// Number of its slices, ≥ 2.
+    pub count: usize,
+}
+
+/// All slices of a frame; buffers are kept from frame to frame.
+#[derive(Debug, Clone, Default)]
+pub struct SliceSet {
+    /// The fans, in any order.
+    pub fans: Vec<Fan>,
+    /// Their slices, fan after fan.
+    pub slices: Vec<Slice>,
+}
+
+/// Distances beyond which an edge and the epipole are infinitely far apart, in image sizes. Larger, and the sinh
+/// formula loses exits to rounding (1e-16·h); smaller, and slices are uniform where they need not be.
+const FAR: f64 = 1e7;
+
+impl SliceSet {
+    /// Distributes slices over an image of `size` pixels, at most `spacing` pixels apart (> 0).
+    ///
+    /// Allocates only where an image is larger or a spacing finer than all before.
+    pub fn distribute(&mut self, epipole: &Epipole, size: [u32; 2], spacing: f64) {
+        let [width, height] = size.map(f64::from);
+        self.fans.clear();
+        self.slices.clear();
+        // Uniform exits need no more than a slice a step of the perimeter and a few for the ends of fans; sinh needs
+        // fewer. Diagonal uniform exits of an infinitely far epipole need less than the perimeter, too.
+        let most = (2.0 * (width + height) / spacing).ceil() as usize + 4 * MOST_FANS;
+        self.slices.reserve(most);
+        self.fans.reserve(MOST_FANS);
+        let edges = [
+            Edge { at: width, length: height, axis: Major::X, ascending: true },
+            Edge { at: 0.0, length: height, axis: Major::X, ascending: false },
+            Edge { at: height, length: width, axis: Major::Y, ascending: true },
+            Edge { at: 0.0, length: width, axis: Major::Y, ascending: false },
+        ];
+        for edge in edges {
+            self.distribute_edge(epipole, &edge, spacing);
+        }
+    }
+
+    fn distribute_edge(&mut self, epipole: &Epipole, edge: &Edge, spacing: f64) {
+        let corners = [edge.point(0.0), edge.point(edge.length)];
+        let ahead = edge.axis.of(epipole.towards(corners[0])) * if edge.ascending { 1.0 } else { -1.0 };
+        if !(ahead > 0.0) {
+            return; // Light leaves through other edges.
+        }
+        let across = corners.map(|corner| edge.axis.minor_of(epipole.towards(corner)));
+        // Ends of the flat part, where the slices are at 45°: |across| = ahead, and `across` grows by w a pixel.
+        let w = epipole.image.z;
+        let mut cuts = [0.0, edge.length, edge.length, edge.length];
+        let mut count = 1;
+        for target in [-ahead, ahead] {
+            if across[0] < target && target < across[1] {
+                cuts[count] = ((target - across[0]) / w).clamp(0.0, edge.length);
+                count += 1;
+            }
+        }
+        cuts[count] = edge.length;
+        for piece in 0..count {
+            let (from, to) = (cuts[piece], cuts[piece + 1]);
+            if to > from {
+                self.add_fan(epipole, edge, [from, to], spacing);
+            }
+        }
+    }
+
+    fn add_fan(&mut self, epipole: &Epipole, edge: &Edge, [from, to]: [f64; 2], spacing: f64) {
+        let middle = epipole.towards(edge.point(0.5 * (from + to)));
+        let flat = middle.x.abs() >= middle.y.abs();
+        let major = if flat { Major::X } else { Major::Y };
+        let first = self.slices.len();
+        let steps = ExitSteps::new(epipole, edge, [from, to], spacing);
+        for index in 0..=steps.count {
+            let exit = edge.point(steps.exit(index));
+            let direction = epipole.towards(exit);
+            let slope = major.minor_of(direction) / major.of(direction);
+            self.slices.push(Slice { exit, slope });
+        }
+        let count = self.slices.len() - first;
+        // Sorted by the minor coordinate where the middle one leaves: exits may run the other way round.
+        let fan = &mut self.slices[first..];
+        let probe = major.of(fan[count / 2].exit);
+        if fan[0].minor_at(major, probe) > fan[count - 1].minor_at(major, probe) {
+            fan.reverse();
+        }
+        self.fans.push(Fan { major, ascending: major.of(middle) > 0.0, first, count });
+    }
+}
+
+/// Four edges, each cut at most twice.
+const MOST_FANS: usize = 12;
+
+/// One edge of the image.
+struct Edge {
+    at: f64,
+    length: f64,
+    /// The axis that it is perpendicular to.
+    axis: Major,
+    /// Whether it is the edge with the larger coordinate.
+    ascending: bool,
+}
+
+impl Edge {
+    fn point(&self, along: f64) -> DVec2 {
+        match self.axis {
+            Major::X => DVec2::new(self.at, along),
+            Major::Y => DVec2::new(along, self.at),
+        }
+    }
+}
+
+/// Exits on a part of an edge.
+struct ExitSteps {
+    count: usize,
+    range: [f64; 2],
+    sinh: Option<Sinh>,
+}
+
+struct Sinh {
+    /// Pixel distance of the edge's line from the epipole.
+    h: f64,
+    /// Edge coordinate of the epipole's foot.
+    foot: f64,
+    alpha: [f64; 2],
+}
+
+impl ExitSteps {
+    fn new(epipole: &Epipole, edge: &Edge, range: [f64; 2], spacing: f64) -> Self {
+        let w = epipole.image.z;
+        let towards = epipole.towards(edge.point(range[0]));
+        let (ahead, across) = (edge.axis.of(towards).abs(), edge.axis.minor_of(towards));
+        let far = w * FAR * edge.length.max(1.0) <= towards.length();
+        let (length, sinh) = if far {
+            // All slices are parallel: the spacing across them is the exits' times cos θ.
+            ((range[1] - range[0]) * ahead / towards.length(), None)
+        } else {
+            let (h, foot) = (ahead / w, range[0] - across / w);
+            let alpha = range.map(|exit| ((exit - foot) / h).asinh());
+            (h * (alpha[1] - alpha[0]), Some(Sinh { h, foot, alpha }))
+        };
+        Self { count: (length / spacing).ceil().max(1.0) as usize, range, sinh }
+    }
+
+    fn exit(&self, index: usize) -> f64 {
+        let [from, to] = self.range;
+        let part = index as f64 / self.count as f64;
+        match &self.sinh {
+            // The ends are met exactly: neighbouring fans share them.
+            _ if index == 0 => from,
+            _ if index == self.count => to,
+            None => from + (to - from) * part,
+            Some(sinh) => {
+                let alpha = sinh.alpha[0] + (sinh.alpha[1] - sinh.alpha[0]) * part;
+                (sinh.foot + sinh.h * alpha.sinh()).clamp(from, to)
+            }
+        }
+    }
+}
