@@ -99,7 +99,8 @@ pub struct Tradeoff {
     /// Instead: time over the resolution of image and map, at five sizes, and its log-log slope, at --quality
     #[arg(long, conflicts_with_all = ["motion", "markdown"])]
     pub scaling: bool,
-    /// Instead: how much each technique's error flickers while camera and light move, at --quality
+    /// Instead: how much each technique's error flickers while camera and light move, at --quality; the shadow map's own
+    /// too with --method truth-shadow-map
     #[arg(long, conflicts_with_all = ["markdown", "plot"])]
     pub motion: bool,
     /// Print the times to each level as a Markdown table, and nothing else

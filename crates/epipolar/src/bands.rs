@@ -37,7 +37,9 @@ impl Bands {
         };
         // β has no extremum within the image but at the epipole, so its border has the largest sine, or the sine is 1
         // somewhere and the border crosses that line, too.
-        for corner in [DVec2::ZERO, DVec2::new(width, 0.0), DVec2::new(0.0, height), DVec2::new(width, height)] {
+        for corner in
+            [DVec2::ZERO, DVec2::new(width, 0.0), DVec2::new(0.0, height), DVec2::new(width, height)]
+        {
             visit(corner);
         }
         for slice in &slices.slices {

@@ -36,7 +36,8 @@ impl FanPixels {
         let edge = first_true(length, |column| away(column) == fan.ascending);
         self.columns = if fan.ascending { [edge, length] } else { [0, edge] };
         let own = &slices[fan.first..][..fan.count];
-        let (first, last) = (Border::new(epipole, fan, &own[0]), Border::new(epipole, fan, &own[fan.count - 1]));
+        let (first, last) =
+            (Border::new(epipole, fan, &own[0]), Border::new(epipole, fan, &own[fan.count - 1]));
         for column in self.columns[0]..self.columns[1] {
             let from = first.first_pixel(column, breadth);
             let to = last.first_pixel(column, breadth);
@@ -81,7 +82,8 @@ impl<'a> Border<'a> {
     /// The first pixel of a column behind the line. A centre on the line is counter-clockwise of it.
     fn first_pixel(&self, column: u32, breadth: u32) -> i32 {
         let along = f64::from(column) + 0.5;
-        let guess = (self.slice.minor_at(self.major, along) - 0.5).ceil().clamp(0.0, f64::from(breadth)) as i32;
+        let guess =
+            (self.slice.minor_at(self.major, along) - 0.5).ceil().clamp(0.0, f64::from(breadth)) as i32;
         let behind = |pixel: i32| {
             let across = f64::from(pixel) + 0.5;
             let centre = match self.major {

@@ -1,22 +1,22 @@
 //! Epipolar integration of volumetric shadows: Baran et al. 2010 in full, and what goes beyond it.
 
 mod epipole;
-mod slices;
 mod fan_pixels;
 mod slice_plane;
+mod slices;
 
-mod simd_level;
 mod map_line;
 mod row;
+mod simd_level;
 
-mod factor;
 mod bands;
+mod factor;
 
 mod integrate;
 
 mod planes;
-mod slice_pass;
 mod resolve;
+mod slice_pass;
 
 mod options;
 mod technique;

@@ -127,13 +127,7 @@ impl MapLine {
     }
 
     /// The texels that a line crosses, from `start` on with `step` a unit of t.
-    fn walk_from(
-        size: [u32; 2],
-        major: usize,
-        start: [f64; 2],
-        step: [f64; 2],
-        length: f64,
-    ) -> Option<Self> {
+    fn walk_from(size: [u32; 2], major: usize, start: [f64; 2], step: [f64; 2], length: f64) -> Option<Self> {
         let minor = 1 - major;
         let count = f64::from(size[major]);
         let at = start[major].clamp(0.0, count);

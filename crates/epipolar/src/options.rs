@@ -54,8 +54,12 @@ impl Options {
         match key {
             "spacing" => self.spacing = INFO.parse("spacing", value, |s| (1.0 / 16.0..=16.0).contains(s))?,
             "rank" => self.rank = INFO.parse::<Rank>("rank", value, |_| true)?.0,
-            "factorisation" => self.factorisation = INFO.parse::<Named<Factorisation>>("factorisation", value, |_| true)?.0,
-            "integrator" => self.integrator = INFO.parse::<Named<Integrator>>("integrator", value, |_| true)?.0,
+            "factorisation" => {
+                self.factorisation = INFO.parse::<Named<Factorisation>>("factorisation", value, |_| true)?.0
+            }
+            "integrator" => {
+                self.integrator = INFO.parse::<Named<Integrator>>("integrator", value, |_| true)?.0
+            }
             _ => {
                 INFO.option(key)?;
             }
@@ -73,7 +77,9 @@ impl FromStr for Rank {
     fn from_str(text: &str) -> Result<Self, ()> {
         match text {
             "auto" => Ok(Self(None)),
-            _ => text.parse().ok().filter(|rank| (1..=8).contains(rank)).map(|rank| Self(Some(rank))).ok_or(()),
+            _ => {
+                text.parse().ok().filter(|rank| (1..=8).contains(rank)).map(|rank| Self(Some(rank))).ok_or(())
+            }
         }
     }
 }
@@ -178,6 +184,9 @@ impl Technique for EpipolarTechnique {
     }
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
-        [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125].iter().map(|s: &f64| vec![("spacing", s.to_string())]).collect()
+        [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
+            .iter()
+            .map(|s: &f64| vec![("spacing", s.to_string())])
+            .collect()
     }
 }

@@ -100,7 +100,8 @@ impl<'a> SunLight<'a> {
         }
         let [left, right, bottom, top] = self.window;
         let v = (top + (bottom - top) * ((f64::from(y) + 0.5) / self.size[1])) as f32;
-        let (first, step) = (left + (right - left) * ((f64::from(x) + 0.5) / self.size[0]), (right - left) / self.size[0]);
+        let (first, step) =
+            (left + (right - left) * ((f64::from(x) + 0.5) / self.size[0]), (right - left) / self.size[0]);
         let line = self.forward + self.up * v;
         let (mut towards, mut away) = ([0.0f32; LANES], [0.0f32; LANES]);
         for lane in 0..LANES {

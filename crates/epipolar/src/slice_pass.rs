@@ -140,7 +140,13 @@ impl SliceScratch {
 
 impl SlicePass<'_> {
     /// All slices `range` of a fan.
-    pub fn run(&self, fan: &Fan, pixels: &FanPixels, range: std::ops::Range<usize>, scratch: &mut SliceScratch) {
+    pub fn run(
+        &self,
+        fan: &Fan,
+        pixels: &FanPixels,
+        range: std::ops::Range<usize>,
+        scratch: &mut SliceScratch,
+    ) {
         let slices = &self.slices.slices[fan.first..][..fan.count];
         let mut borders = std::mem::take(&mut scratch.borders);
         let [before, own, next] = &mut borders;
@@ -200,9 +206,8 @@ impl SlicePass<'_> {
         // Columns of one band follow each other.
         let (mut first, count) = (0, scratch.queries.columns.len());
         while first < count {
-            let band_of = |query: usize| {
-                self.bands.of(scratch.cosecants[scratch.queries.columns[query] as usize])
-            };
+            let band_of =
+                |query: usize| self.bands.of(scratch.cosecants[scratch.queries.columns[query] as usize]);
             let band = band_of(first);
             let last = (first + 1..count).find(|&query| band_of(query) != band).unwrap_or(count);
             for channel in 0..self.factors.len() {

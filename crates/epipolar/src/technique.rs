@@ -174,7 +174,10 @@ impl VolumetricShadow for Epipolar {
                         }
                     }
                 }
-                at_level!(level, light.row(y as u32, &depth[first..first + row], &all, inscattered, transmittance));
+                at_level!(
+                    level,
+                    light.row(y as u32, &depth[first..first + row], &all, inscattered, transmittance)
+                );
                 for x in left {
                     inscattered[x] = walked_radiance(frame, x as u32, y as u32).as_vec3().to_array();
                 }
@@ -218,7 +221,10 @@ fn for_each_row(
     #[cfg(feature = "rayon")]
     {
         use rayon::prelude::*;
-        a.par_chunks_mut(width).zip(b.par_chunks_mut(width)).enumerate().for_each(|(y, (a, b))| work(y, a, b));
+        a.par_chunks_mut(width)
+            .zip(b.par_chunks_mut(width))
+            .enumerate()
+            .for_each(|(y, (a, b))| work(y, a, b));
     }
     #[cfg(not(feature = "rayon"))]
     a.chunks_mut(width).zip(b.chunks_mut(width)).enumerate().for_each(|(y, (a, b))| work(y, a, b));

@@ -18,12 +18,12 @@ use scatter_validate::tradeoff::{
     LevelRow, Limits, MOTION_FRAMES, Motion, MotionRow, Rung, Scaling, ScalingRow, ShotTrade, Slope, Sweep,
     level_rows, slopes,
 };
-use scatter_validate::{Machine, Settings};
+use scatter_validate::{Machine, SHADOW_MAP_TRUTH, Settings};
 use serde::Serialize;
 
 use super::validate::{command_line, utc_date};
 use crate::Verdict;
-use crate::flags::{Rendering, Tradeoff};
+use crate::flags::Tradeoff;
 use crate::output::{check_folder, check_writable, print, print_json, stderr_line, write_text};
 use crate::progress::Progress;
 use crate::run::in_pool;
@@ -37,7 +37,7 @@ const QUICK_FRAME_MS: f64 = 150.0;
 /// Measures, prints, draws.
 pub fn run(flags: &Tradeoff) -> anyhow::Result<Verdict> {
     let rendering = &flags.rendering;
-    let techniques = techniques(rendering)?;
+    let techniques = techniques(flags)?;
     check_options(rendering, &techniques)?;
     let sources = shots(&flags.shots)?;
     if let Some(path) = &flags.plot {
@@ -180,18 +180,19 @@ impl Job<'_> {
     fn motion(&self, settings: Settings) -> anyhow::Result<Verdict> {
         let quality = settings.quality;
         let techniques = self.techniques.clone();
+        let map_row = self.flags.rendering.methods.iter().any(|id| id == SHADOW_MAP_TRUTH);
         let (rows, threads): (Vec<Vec<MotionRow>>, usize) =
             self.on_every_shot(settings, |settings, shot, progress| {
                 let (techniques, baseline) = (techniques.clone(), baseline());
-                Motion { techniques, baseline, settings, frames: MOTION_FRAMES }.run(shot, progress)
+                Motion { techniques, baseline, settings, frames: MOTION_FRAMES, map_row }.run(shot, progress)
             })?;
         let rows = rows.concat();
         let table = motion_table(&rows);
         let meaning = format!(
             "Level {quality}: {MOTION_FRAMES} frames, the camera panned by 0.3 pixels a frame and the light turned by \
              0.02 degrees. Flicker: RMS of the second difference over time, of the error image against shadow-map \
-             truth and of that truth itself, over its mean; truth-shadow-map: the same of the shadow map's own error \
-             against ray-cast truth."
+             truth and of that truth itself, over its mean; truth-shadow-map (where it is asked for by --method): of the shadow \
+             map's own error against ray-cast truth, and of that."
         );
         self.write_report(TradeSection {
             heading: "Flicker in motion".into(),
@@ -280,13 +281,19 @@ fn write_page(path: &Path, html: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn techniques(rendering: &Rendering) -> anyhow::Result<Vec<&'static dyn Technique>> {
-    if rendering.methods.is_empty() {
+/// All techniques, or those that are named. References have no settings; in motion the shadow map's own error is
+/// worth a row.
+fn techniques(flags: &Tradeoff) -> anyhow::Result<Vec<&'static dyn Technique>> {
+    if flags.rendering.methods.is_empty() {
         return Ok(TECHNIQUES.to_vec());
     }
-    let technique = |id: &String| match method(id)? {
-        Method::Technique(technique) => Ok(technique),
-        _ => bail!("--method {id}: a reference has no settings to choose from; name a technique"),
-    };
-    rendering.methods.iter().map(technique).collect()
+    let mut techniques = Vec::new();
+    for id in &flags.rendering.methods {
+        match method(id)? {
+            Method::Technique(technique) => techniques.push(technique),
+            Method::ShadowMapTruth if flags.motion => {}
+            _ => bail!("--method {id}: a reference has no settings to choose from; name a technique"),
+        }
+    }
+    Ok(techniques)
 }

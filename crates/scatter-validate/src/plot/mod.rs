@@ -130,7 +130,7 @@ impl Plot {
 
     /// Two entries a row, or one if a name is long.
     fn legend_columns(&self) -> usize {
-        const LONGEST_OF_TWO: usize = 20;
+        const LONGEST_OF_TWO: usize = 24;
         if self.curves.iter().all(|curve| curve.name.chars().count() <= LONGEST_OF_TWO) { 2 } else { 1 }
     }
 

@@ -45,7 +45,9 @@ pub fn trade_plot(trade: &ShotTrade) -> Plot {
                 (false, false) => Mark::Small,
             },
         });
-        Curve { name: method.to_string(), is_baseline, line, points: points.collect(), look }
+        let is_measured = trade.rungs.iter().any(|rung| rung.row.method == *method && rung.is_measured());
+        let name = if is_measured { method.to_string() } else { format!("{method}: unsupported") };
+        Curve { name, is_baseline, line, points: points.collect(), look }
     });
     let guides =
         Quality::ALL.map(|level| Guide { at: 100.0 * level.error(), name: level.to_string() }).to_vec();
@@ -92,7 +94,7 @@ pub fn scaling_plot(shot: &str, rows: &[ScalingRow], baseline: Option<&str>) -> 
         rows.sort_by(|a, b| a.resolution.total_cmp(&b.resolution));
         let name = match slope.fit {
             Some(fit) => format!("{}: {:.2}", slope.method, fit.slope),
-            None => slope.method.clone(),
+            None => format!("{}: unsupported", slope.method),
         };
         let is_baseline = baseline == Some(slope.method.as_str());
         let points = rows.iter().map(|row| {

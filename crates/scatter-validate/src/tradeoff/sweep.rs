@@ -44,8 +44,8 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        // A tenth of the finest level; a frame that takes ten seconds is no choice for anybody who is in a hurry.
-        Self { error: 0.001, frame_ms: 10_000.0 }
+        // A tenth of the finest level; a frame of seconds is no choice for anybody who is in a hurry.
+        Self { error: 0.001, frame_ms: 2_000.0 }
     }
 }
 
