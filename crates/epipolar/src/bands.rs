@@ -22,6 +22,8 @@ pub struct Bands {
     pub ratio: f64,
     /// How many there are, ≥ 1.
     pub count: u32,
+    /// Smallest and largest β of the image, radians.
+    pub angles: [f64; 2],
 }
 
 impl Bands {
@@ -29,9 +31,13 @@ impl Bands {
     pub fn cover(camera: &Camera, epipole: &Epipole, slices: &SliceSet, widest: f64) -> Self {
         let [width, height] = camera.size().map(f64::from);
         let (mut lowest, mut highest) = (f64::INFINITY, 1.0f64);
+        let mut angles = [std::f64::consts::PI, 0.0f64];
         let mut visit = |p: DVec2| {
             let direction = camera.ray(p.x, p.y).direction;
-            let cosecant = 1.0 / direction.cross(epipole.to_light).length().max(1.0 / STEEPEST);
+            let (sine, cosine) = (direction.cross(epipole.to_light).length(), direction.dot(epipole.to_light));
+            let cosecant = 1.0 / sine.max(1.0 / STEEPEST);
+            let angle = sine.atan2(cosine);
+            angles = [angles[0].min(angle), angles[1].max(angle)];
             lowest = lowest.min(cosecant);
             highest = highest.max(cosecant);
         };
@@ -67,7 +73,7 @@ impl Bands {
         let lowest = (lowest * 0.999).max(1.0);
         let range = (highest * 1.001 / lowest).max(1.001);
         let count = (range.ln() / widest.ln()).ceil().max(1.0);
-        Self { lowest, ratio: range.powf(1.0 / count), count: count as u32 }
+        Self { lowest, ratio: range.powf(1.0 / count), count: count as u32, angles }
     }
 
     /// The smallest 1/sin β of a band.

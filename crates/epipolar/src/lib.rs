@@ -7,9 +7,11 @@ mod slices;
 
 mod map_line;
 mod row;
+mod tint;
 mod simd_level;
 
 mod bands;
+mod integrand;
 mod factor;
 
 mod integrate;

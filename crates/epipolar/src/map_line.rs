@@ -28,13 +28,53 @@ pub struct MapLine {
     pub last_minor: f32,
     /// Minor texel coordinate at t = 0, and its change a texel.
     pub minor: [f32; 2],
-    /// γ at t = 0, and its change a texel.
-    pub gamma: [f32; 2],
+    /// How γ follows from t.
+    pub gamma: Gamma,
     /// A depth near those of the map, subtracted first: keeps the digits of maps whose eye is far away.
     pub depth_base: f32,
     /// The view ray that a texel's surface ends, counted in lit columns: numerator and denominator, each as factors
     /// of `1, t, z, t·z`.
     pub lit_columns: [[f32; 4]; 2],
+}
+
+/// The light ray at a place on the line, as the number γ that orders light rays from the eye on.
+#[derive(Debug, Clone, Copy)]
+pub enum Gamma {
+    /// Of a sun, the distance of the light ray from the eye: at t = 0, and its change a texel.
+    Distance([f32; 2]),
+    /// Of a lamp, [`turn`] of the light ray's direction: towards the eye and across, each at t = 0 and its change a
+    /// texel.
+    Turn([[f32; 2]; 2]),
+}
+
+impl Default for Gamma {
+    fn default() -> Self {
+        Self::Distance([0.0; 2])
+    }
+}
+
+impl Gamma {
+    /// γ at t.
+    #[inline(always)]
+    pub fn at(&self, t: f32) -> f32 {
+        match self {
+            Self::Distance([start, per_texel]) => start + per_texel * t,
+            Self::Turn([towards, across]) => turn(towards[0] + towards[1] * t, across[0] + across[1] * t),
+        }
+    }
+}
+
+/// A number from 0 (towards the eye) over 1 (across) to 2 (away from it) that grows with the angle of a direction with
+/// `across` ≥ 0: exact in its order, smooth, and without an arc tangent.
+#[inline(always)]
+pub fn turn(towards: f32, across: f32) -> f32 {
+    let size = towards.abs() + across;
+    if size > 0.0 { 1.0 - towards / size } else { 1.0 }
+}
+
+/// The direction `[towards, across]` with that [`turn`].
+pub fn direction_of_turn(turn: f64) -> DVec2 {
+    DVec2::new(1.0 - turn, turn.min(2.0 - turn).max(0.0))
 }
 
 /// How the columns of a slice are numbered: from the light on.
@@ -119,11 +159,110 @@ impl MapLine {
             speed * (to - from),
         )
         .map(|line| Self {
-            gamma: [from as f32, per_texel as f32],
+            gamma: Gamma::Distance([from as f32, per_texel as f32]),
             depth_base,
             lit_columns: [factors(numerator), factors(depth)].map(|row| row.map(|f| f as f32)),
             ..line
         })
+    }
+
+    /// The line of a slice under a lamp through a perspective map, one face of a cube or a spot's, up to the light ray
+    /// with [`turn`] `reach`; `None` if it does not meet the map. `distance` is that of the lamp from the eye.
+    pub fn lamp(
+        projection: &MapProjection,
+        plane: &SlicePlane,
+        order: ColumnOrder,
+        distance: f64,
+        reach: f64,
+    ) -> Option<Self> {
+        // Homogeneous texels of the directions towards the eye and across: a light ray `p·towards + q·across` is seen
+        // at `p·a + q·e`.
+        let image = |direction: DVec3| projection.ray(DVec3::ZERO, DVec3::ZERO, direction).step;
+        let (a, e) = (image(-plane.to_light), image(plane.across));
+        let line = a.cross(e);
+        // The way that the texel goes as γ grows.
+        let heading = DVec2::new(line.y, -line.x);
+        let major = usize::from(heading.y.abs() > heading.x.abs());
+        let speed = heading[major].abs();
+        if !(speed > 0.0) {
+            return None;
+        }
+        let size = DVec2::from(projection.size().map(f64::from));
+        let normal = line.truncate();
+        let middle = 0.5 * size;
+        let base = middle - normal * ((normal.dot(middle) + line.z) / normal.length_squared());
+        let step = heading / speed;
+        let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
+        for axis in 0..2 {
+            if step[axis] == 0.0 {
+                if !(base[axis] >= 0.0 && base[axis] < size[axis]) {
+                    return None;
+                }
+                continue;
+            }
+            let (one, other) = (-base[axis] / step[axis], (size[axis] - base[axis]) / step[axis]);
+            from = from.max(one.min(other));
+            to = to.min(one.max(other));
+        }
+        // The light ray through a texel, at depth 1: both parts are linear along the line.
+        let determinant = a.z * e[major] - e.z * a[major];
+        let towards = |at: f64| (e[major] - e.z * at) / determinant;
+        let across = |at: f64| (a.z * at - a[major]) / determinant;
+        let along = |part: &dyn Fn(f64) -> f64| {
+            let start = part(base[major]);
+            [start, part(base[major] + step[major]) - start]
+        };
+        let (mut p, mut q) = (along(&towards), along(&across));
+        // Light rays of this half-plane: across ≥ 0.
+        let zero = -q[0] / q[1];
+        if q[1] > 0.0 {
+            from = from.max(zero);
+        } else if q[1] < 0.0 {
+            to = to.min(zero);
+        } else if q[0] < 0.0 {
+            return None;
+        }
+        let last = direction_of_turn(reach);
+        let seen = a * last.x + e * last.y;
+        if seen.z > 0.0 {
+            to = to.min((seen[major] / seen.z - base[major]) / step[major]);
+        } else if a.z < 0.0 {
+            return None; // The map sees later light rays alone.
+        }
+        if !(from < to) {
+            return None;
+        }
+        for part in [&mut p, &mut q] {
+            part[0] += part[1] * from;
+        }
+        let [numerator, depth] = order.lit_rows(plane.column_from_plane());
+        // A point at depth z of the map: across q·z, to the light L − p·z.
+        let factors = |row: DVec2| {
+            [row.y * distance, 0.0, row.x * q[0] - row.y * p[0], row.x * q[1] - row.y * p[1]]
+        };
+        let start = base + step * from;
+        Self::walk_from(projection.size(), major, start.to_array(), step.to_array(), to - from).map(|line| Self {
+            gamma: Gamma::Turn([p, q].map(|part| part.map(|f| f as f32))),
+            lit_columns: [factors(numerator), factors(depth)].map(|row| row.map(|f| f as f32)),
+            ..line
+        })
+    }
+
+    /// Calls `visit(γ, index)` for every texel that the line crosses, with γ where it enters it.
+    pub fn for_each_texel(&self, mut visit: impl FnMut(f32, usize)) {
+        let [minor, slope] = self.minor;
+        let clamped = |minor: f32| minor.floor().max(0.0).min(self.last_minor);
+        for column in 0..self.columns as i32 {
+            let from = (column as f32 - self.consumed).max(0.0).min(self.length);
+            let to = (column as f32 + 1.0 - self.consumed).min(self.length);
+            let (a, b) = (clamped(minor + slope * from), clamped(minor + slope * to));
+            let major = (self.first + self.advance * column) as usize * self.strides[0];
+            visit(self.gamma.at(from), major + a as usize * self.strides[1]);
+            if a != b {
+                let crossing = ((a.max(b) - minor) / slope).max(from).min(to);
+                visit(self.gamma.at(crossing), major + b as usize * self.strides[1]);
+            }
+        }
     }
 
     /// The texels that a line crosses, from `start` on with `step` a unit of t.

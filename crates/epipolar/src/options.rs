@@ -22,6 +22,9 @@ pub struct Options {
     pub factor_error: f64,
     /// How the integrand is factorised.
     pub factorisation: Factorisation,
+    /// Columns of a slice that one texel may hide before the light rays behind it are told apart, 0 to 16: 0 is exact,
+    /// 1 shifts a shadow's edge by up to half a column.
+    pub split_over: f32,
     /// How lit runs are summed.
     pub integrator: Integrator,
 }
@@ -45,6 +48,7 @@ impl Options {
             rank: None,
             factor_error,
             factorisation: Factorisation::Chebyshev,
+            split_over: 0.0,
             integrator: Integrator::Sweep,
         }
     }
@@ -53,6 +57,7 @@ impl Options {
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), OptionError> {
         match key {
             "spacing" => self.spacing = INFO.parse("spacing", value, |s| (1.0 / 16.0..=16.0).contains(s))?,
+            "split" => self.split_over = INFO.parse("split", value, |s| (0.0..=16.0).contains(s))?,
             "rank" => self.rank = INFO.parse::<Rank>("rank", value, |_| true)?.0,
             "factorisation" => {
                 self.factorisation = INFO.parse::<Named<Factorisation>>("factorisation", value, |_| true)?.0
@@ -130,6 +135,13 @@ static INFO: TechniqueInfo = TechniqueInfo {
             unit: "pixels",
             range: "a number from 0.0625 to 16",
             default: || Options::default().spacing.to_string(),
+        },
+        OptionInfo {
+            key: "split",
+            summary: "columns that one texel may hide before the light rays behind it are told apart",
+            unit: "columns",
+            range: "a number from 0 to 16",
+            default: || Options::default().split_over.to_string(),
         },
         OptionInfo {
             key: "rank",

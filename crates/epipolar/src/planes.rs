@@ -35,11 +35,6 @@ impl Planes {
         self.slots[slot].store(share.to_bits(), Ordering::Relaxed);
     }
 
-    /// The slots of all pixels: plane by plane, `[channel][before, behind][pixel]`.
-    pub fn planes(&self) -> impl Iterator<Item = &[AtomicU32]> {
-        self.slots.chunks(self.pixels.max(1))
-    }
-
     /// The share of a pixel, and empties its slots; `None` if a slice left it out.
     #[inline(always)]
     pub fn take(&self, pixel: usize, channel: usize) -> Option<f32> {

@@ -5,10 +5,111 @@
 //! exactly and at no cost for the sums.
 
 use glam::{DVec3, Vec3};
-use scatter_core::{Camera, DirectionalLight, Frame, Medium, Window, exp_f32};
+use scatter_core::{
+    Camera, DirectionalLight, Frame, LampIntegralF32, Light, Medium, Window, exp_f32, walked_radiance,
+};
+
+use crate::planes::Planes;
 
 /// Pixels that are resolved side by side.
 const LANES: usize = 16;
+
+/// What turns shares into an image.
+pub struct Resolve<'a> {
+    frame: &'a Frame<'a>,
+    /// Shares of the pixels and their channels; `None` if nothing casts a shadow.
+    shares: Option<(&'a Planes, usize)>,
+    sun: Option<SunLight<'a>>,
+    sigma_t: [f32; 3],
+}
+
+impl<'a> Resolve<'a> {
+    /// For a frame whose slices have left their shares, one or three channels.
+    pub fn new(frame: &'a Frame<'a>, shares: Option<(&'a Planes, usize)>) -> Self {
+        let sun = match frame.light() {
+            Light::Directional(sun) => Some(SunLight::new(frame, sun)),
+            Light::Point(_) | Light::Spot(_) => None,
+        };
+        Self { frame, shares, sun, sigma_t: frame.medium().sigma_t().map(|sigma| sigma as f32) }
+    }
+
+    /// Fills image row `y`; returns how many of its pixels no slice had answered.
+    #[inline(always)]
+    pub fn row(&self, y: u32, inscattered: &mut [[f32; 3]], transmittance: &mut [[f32; 3]]) -> u64 {
+        let width = inscattered.len();
+        let first_pixel = y as usize * width;
+        let depth = &self.frame.depth().texels()[first_pixel..first_pixel + width];
+        let limit = self.frame.max_distance() as f32;
+        let mut walked = 0;
+        for x in (0..width).step_by(LANES) {
+            let lanes = LANES.min(width - x);
+            let mut ends = [0.0f32; LANES];
+            for lane in 0..lanes {
+                ends[lane] = depth[x + lane].min(limit);
+            }
+            let mut radiance = self.unoccluded(x as u32, y, lanes, &ends);
+            let mut left_out = 0u32;
+            if let Some((planes, channels)) = self.shares {
+                for channel in 0..3 {
+                    if channel > 0 && channels == 1 {
+                        continue;
+                    }
+                    for lane in 0..lanes {
+                        match planes.take(first_pixel + x + lane, channel) {
+                            Some(share) if channels == 1 => {
+                                radiance.iter_mut().for_each(|values| values[lane] *= share);
+                            }
+                            Some(share) => radiance[channel][lane] *= share,
+                            None => left_out |= 1 << lane,
+                        }
+                    }
+                }
+            }
+            for lane in 0..lanes {
+                inscattered[x + lane] = std::array::from_fn(|channel| radiance[channel][lane]);
+            }
+            while left_out != 0 {
+                let lane = left_out.trailing_zeros();
+                left_out &= left_out - 1;
+                let exact = walked_radiance(self.frame, x as u32 + lane, y);
+                inscattered[x + lane as usize] = exact.as_vec3().to_array();
+                walked += 1;
+            }
+            for channel in 0..3 {
+                for lane in 0..lanes {
+                    transmittance[x + lane][channel] = transmittance_of(self.sigma_t[channel], ends[lane]);
+                }
+            }
+        }
+        walked
+    }
+
+    /// Radiance of sixteen pixels without any shadow.
+    #[inline(always)]
+    fn unoccluded(&self, x: u32, y: u32, lanes: usize, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
+        if let Some(sun) = &self.sun {
+            return sun.radiance(x, y, ends);
+        }
+        let frame = self.frame;
+        let mut radiance = [[0.0; LANES]; 3];
+        for lane in 0..lanes {
+            let ray = frame.camera().pixel_ray(x + lane as u32, y);
+            let integral = LampIntegralF32::new(frame.light(), frame.medium(), frame.camera().eye(), &ray);
+            let value = integral.map_or(Vec3::ZERO, |integral| integral.interval(0.0, ends[lane]));
+            for channel in 0..3 {
+                radiance[channel][lane] = value[channel];
+            }
+        }
+        radiance
+    }
+}
+
+/// `e^{−σd}`; 1 where σ = 0 at any distance.
+#[inline(always)]
+fn transmittance_of(sigma: f32, end: f32) -> f32 {
+    let through = exp_f32(-sigma * end);
+    if sigma == 0.0 { 1.0 } else { through }
+}
 
 /// The unoccluded in-scattering of a sun along the view rays of one image.
 pub struct SunLight<'a> {
@@ -23,7 +124,6 @@ pub struct SunLight<'a> {
     up: Vec3,
     window: [f64; 4],
     size: [f64; 2],
-    max_distance: f32,
     /// `E·Σ σs·p` if no phase function depends on the angle.
     constant: Option<Vec3>,
 }
@@ -46,50 +146,26 @@ impl<'a> SunLight<'a> {
             up: camera.up().as_vec3(),
             window: [left, right, bottom, top],
             size: frame.size().map(f64::from),
-            max_distance: frame.max_distance().min(f64::from(f32::MAX)) as f32,
             constant: isotropic.then(|| (irradiance * medium.scattering_towards(0.0)).as_vec3()),
         }
     }
 
-    /// Fills a part of image row `y`, from pixel 0 on, with unoccluded radiance times `shares`, and transmittance.
+    /// Radiance of sixteen pixels from `(x, y)` on whose rays end at `ends`.
     #[inline(always)]
-    pub fn row(
-        &self,
-        y: u32,
-        depth: &[f32],
-        shares: &[[f32; 3]],
-        inscattered: &mut [[f32; 3]],
-        transmittance: &mut [[f32; 3]],
-    ) {
-        let mut x = 0;
-        let chunks = depth.chunks(LANES).zip(shares.chunks(LANES));
-        let outputs = inscattered.chunks_mut(LANES).zip(transmittance.chunks_mut(LANES));
-        for ((depth, shares), (inscattered, transmittance)) in chunks.zip(outputs) {
-            let mut ends = [0.0f32; LANES];
-            for (end, &depth) in ends.iter_mut().zip(depth) {
-                *end = depth.min(self.max_distance);
-            }
-            let source = self.source(x, y);
-            let (mut lengths, mut through) = ([[0.0f32; LANES]; 3], [[0.0f32; LANES]; 3]);
-            for channel in 0..if self.grey { 1 } else { 3 } {
-                let sigma = self.sigma_t[channel];
+    fn radiance(&self, x: u32, y: u32, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
+        let mut radiance = self.source(x, y);
+        let mut lengths = [0.0f32; LANES];
+        for channel in 0..3 {
+            if channel == 0 || !self.grey {
                 for lane in 0..LANES {
-                    (lengths[channel][lane], through[channel][lane]) = lit_length(sigma, ends[lane]);
+                    lengths[lane] = lit_length(self.sigma_t[channel], ends[lane]);
                 }
             }
-            if self.grey {
-                (lengths[1], lengths[2]) = (lengths[0], lengths[0]);
-                (through[1], through[2]) = (through[0], through[0]);
+            for lane in 0..LANES {
+                radiance[channel][lane] *= lengths[lane];
             }
-            for lane in 0..depth.len() {
-                for channel in 0..3 {
-                    inscattered[lane][channel] =
-                        source[channel][lane] * lengths[channel][lane] * shares[lane][channel];
-                    transmittance[lane][channel] = through[channel][lane];
-                }
-            }
-            x += LANES as u32;
         }
+        radiance
     }
 
     /// `E·Σ σs·p` of sixteen pixels.
@@ -132,18 +208,17 @@ impl<'a> SunLight<'a> {
     }
 }
 
-/// `∫₀ᵈ e^{−σt} dt` and `e^{−σd}`. Relative error ≤ 1e-6 (test). d may be ∞ where σ > 0.
+/// `∫₀ᵈ e^{−σt} dt`. Relative error ≤ 1e-6 (test). d may be ∞ where σ > 0.
 #[inline(always)]
-fn lit_length(sigma: f32, end: f32) -> (f32, f32) {
+fn lit_length(sigma: f32, end: f32) -> f32 {
     let x = sigma * end;
-    let through = exp_f32(-x);
     // φ(x) = (1 − e^{−x})/x by its series below ½: the first term left out is x⁸/9! < 1.1e-8.
     let mut series = -1.0f32 / 40320.0;
     for coefficient in [1.0 / 5040.0, -1.0 / 720.0, 1.0 / 120.0, -1.0 / 24.0, 1.0 / 6.0, -0.5, 1.0] {
         series = series * x + coefficient;
     }
-    let long = (1.0 - through) / sigma;
+    let long = (1.0 - exp_f32(-x)) / sigma;
     // σ = 0 and d = ∞ scatters nothing, and must not become NaN.
     let short = end.min(f32::MAX) * series;
-    (if x < 0.5 { short } else { long }, if sigma == 0.0 { 1.0 } else { through })
+    if x >= 0.5 { long } else if sigma == 0.0 { end.min(f32::MAX) } else { short }
 }

@@ -80,19 +80,22 @@ impl Row {
     }
 
     /// Appends the texels of a line; `behind` columns see what ends behind the camera.
-    pub fn append(&mut self, level: Level, line: &MapLine, texels: &[f32], columns: u32, behind: u32) {
-        at_level!(level, self.append_cells(line, texels, columns as f32, behind as f32));
+    pub fn append(&mut self, level: Level, line: &MapLine, texels: &[f32], columns: u32, behind: u32, split_over: f32) {
+        at_level!(level, self.append_cells(line, texels, columns as f32, behind as f32, split_over));
     }
 
     #[inline(always)]
-    fn append_cells(&mut self, line: &MapLine, texels: &[f32], columns: f32, behind: f32) {
-        let (mut borders, mut crossings, mut ends) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let (mut before, mut after) = ([0u32; LANES], [0u32; LANES]);
-        let (mut depth_before, mut depth_after) = ([0.0; LANES], [0.0; LANES]);
-        let (mut place_before, mut place_after) = ([0i32; LANES], [0i32; LANES]);
+    fn append_cells(&mut self, line: &MapLine, texels: &[f32], columns: f32, behind: f32, split_over: f32) {
+        let mut borders = [[0.0f32; LANES]; 3];
+        let mut places = [[0i32; LANES]; 2];
+        let mut depths = [[0.0f32; LANES]; 2];
+        // Lit columns at the two ends of each column's two cells, in the order along the row.
+        let mut lit = [[0u32; LANES]; 4];
+        let mut last = NONE;
         let [minor, slope] = line.minor;
         let per_slope = if slope == 0.0 { 0.0 } else { 1.0 / slope };
         let [major_stride, minor_stride] = line.strides;
+        let surface = Surface { line, columns, behind };
         for base in (0..line.columns).step_by(LANES) {
             for lane in 0..LANES {
                 let column = (base as i32 + lane as i32) as f32;
@@ -102,45 +105,102 @@ impl Row {
                 let texel_a = a.floor().max(0.0).min(line.last_minor);
                 let texel_b = b.floor().max(0.0).min(line.last_minor);
                 let crossing = (texel_a.max(texel_b) - minor) * per_slope;
-                borders[lane] = from;
-                ends[lane] = to;
                 // Without a border between texels the second cell is empty, at the far end.
-                crossings[lane] = if texel_a == texel_b { to } else { crossing.max(from).min(to) };
-                place_before[lane] = texel_a as i32;
-                place_after[lane] = texel_b as i32;
+                let crossing = if texel_a == texel_b { to } else { crossing.max(from).min(to) };
+                (borders[0][lane], borders[1][lane], borders[2][lane]) = (from, crossing, to);
+                (places[0][lane], places[1][lane]) = (texel_a as i32, texel_b as i32);
             }
             let lanes = LANES.min((line.columns - base) as usize);
             let mut major = (line.first + line.advance * base as i32) as usize * major_stride;
             let major_step = (line.advance as isize * major_stride as isize) as usize;
             for lane in 0..lanes {
-                depth_before[lane] = texels[major + place_before[lane] as usize * minor_stride];
-                depth_after[lane] = texels[major + place_after[lane] as usize * minor_stride];
+                for cell in 0..2 {
+                    depths[cell][lane] = texels[major + places[cell][lane] as usize * minor_stride];
+                }
                 major = major.wrapping_add(major_step);
             }
-            for lane in 0..LANES {
-                let middle = 0.5 * (borders[lane] + crossings[lane]);
-                before[lane] = lit_columns(line, middle, depth_before[lane], columns, behind);
-                let middle = 0.5 * (crossings[lane] + ends[lane]);
-                after[lane] = lit_columns(line, middle, depth_after[lane], columns, behind);
+            for cell in 0..2 {
+                for lane in 0..LANES {
+                    let ends = [borders[cell][lane], borders[cell + 1][lane]];
+                    let [from, to] = surface.lit_columns(ends, depths[cell][lane]);
+                    // Where a texel hides less than a column, its middle stands for all of it.
+                    let (middle, whole) = (0.5 * (from + to), (to - from).abs() <= split_over);
+                    lit[2 * cell][lane] = (if whole { middle } else { from }) as u32;
+                    lit[2 * cell + 1][lane] = (if whole { middle } else { to }) as u32;
+                }
             }
-            let [gamma, per_texel] = line.gamma;
-            for lane in 0..lanes {
-                self.push(gamma + per_texel * borders[lane], before[lane]);
-                if place_before[lane] != place_after[lane] {
-                    self.push(gamma + per_texel * crossings[lane], after[lane]);
+            for lane in 0..LANES {
+                if places[0][lane] == places[1][lane] {
+                    (lit[2][lane], lit[3][lane]) = (lit[1][lane], lit[1][lane]);
+                }
+            }
+            // One bit a lane in which a run may begin: most lanes continue the run of the one before.
+            let mut changes = 0u32;
+            for lane in 0..LANES {
+                let before = if lane == 0 { last } else { lit[3][lane - 1] };
+                let [a, b, c, d] = [lit[0][lane], lit[1][lane], lit[2][lane], lit[3][lane]];
+                changes |= u32::from((a ^ before) | (a ^ b) | (b ^ c) | (c ^ d) != 0) << lane;
+            }
+            changes &= u32::MAX >> (32 - lanes as u32);
+            last = lit[3][lanes - 1];
+            while changes != 0 {
+                let lane = changes.trailing_zeros() as usize % LANES;
+                changes &= changes - 1;
+                for cell in 0..2 {
+                    let [from, to] = [lit[2 * cell][lane], lit[2 * cell + 1][lane]];
+                    self.push(line.gamma.at(borders[cell][lane]), from);
+                    if from != to {
+                        let ends = [borders[cell][lane], borders[cell + 1][lane]];
+                        self.split(&surface, depths[cell][lane], [from, to], ends);
+                    }
                 }
             }
         }
     }
+
+    /// Appends the light rays of one texel behind which the number of lit columns changes from `from` to `to`.
+    fn split(&mut self, surface: &Surface<'_>, depth: f32, [from, to]: [u32; 2], [start, end]: [f32; 2]) {
+        // Where the map is coarse beside the image near the epipole a texel may change every column; a row keeps to
+        // its room, whatever the map holds.
+        let room = (self.starts.len() - self.count).saturating_sub(2 * LANES + 4) as u32;
+        let steps = from.abs_diff(to).min(room);
+        let mut at = start;
+        for step in 0..steps {
+            let (border, next) = if to > from { (from + step + 1, from + step + 1) } else { (from - step, from - step - 1) };
+            at = surface.crossing(border as f32, depth).max(at).min(end);
+            self.push(surface.line.gamma.at(at), next);
+        }
+    }
 }
 
-/// Columns that see a surface's light ray at t lit, with the surface at a stored depth.
-#[inline(always)]
-fn lit_columns(line: &MapLine, t: f32, depth: f32, columns: f32, behind: f32) -> u32 {
-    let z = depth.min(FARTHEST) - line.depth_base;
-    let [n, d] = line.lit_columns;
-    let numerator = n[0] + n[1] * t + z * (n[2] + n[3] * t);
-    let denominator = d[0] + d[1] * t + z * (d[2] + d[3] * t);
-    let lit = if denominator > 0.0 { numerator / denominator } else { behind };
-    lit.max(0.0).min(columns) as u32
+/// What a stored depth means along one line.
+struct Surface<'a> {
+    line: &'a MapLine,
+    columns: f32,
+    behind: f32,
+}
+
+impl Surface<'_> {
+    /// Columns that see a surface's light rays from t to t' lit, with the surface at a stored depth.
+    #[inline(always)]
+    fn lit_columns(&self, ends: [f32; 2], depth: f32) -> [f32; 2] {
+        let z = depth.min(FARTHEST) - self.line.depth_base;
+        let [n, d] = self.line.lit_columns;
+        let (numerator, denominator) = ([n[0] + z * n[2], n[1] + z * n[3]], [d[0] + z * d[2], d[1] + z * d[3]]);
+        ends.map(|t| {
+            let (numerator, denominator) = (numerator[0] + numerator[1] * t, denominator[0] + denominator[1] * t);
+            let lit = if denominator > 0.0 { numerator / denominator } else { self.behind };
+            lit.max(0.0).min(self.columns)
+        })
+    }
+
+    /// Where along the line exactly `count` columns see the surface lit.
+    fn crossing(&self, count: f32, depth: f32) -> f32 {
+        let z = depth.min(FARTHEST) - self.line.depth_base;
+        let [n, d] = self.line.lit_columns;
+        let constant = (n[0] + z * n[2]) - count * (d[0] + z * d[2]);
+        let slope = (n[1] + z * n[3]) - count * (d[1] + z * d[3]);
+        // NaN where the surface runs along a view ray: the caller's max and min then choose an end.
+        -constant / slope
+    }
 }

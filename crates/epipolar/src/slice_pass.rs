@@ -3,18 +3,18 @@
 //! The stages of a slice run one after the other on the same few kilobytes, so that rectified rows never leave the
 //! innermost caches; only the pixels' shares reach memory.
 
-use scatter_core::{Camera, Frame, ShadowLayer};
+use scatter_core::{Camera, Frame, Light, MapProjection, ShadowLayer, ShadowMap};
 
-use crate::bands::Bands;
 use crate::epipole::Epipole;
-use crate::factor::Factors;
 use crate::fan_pixels::FanPixels;
+use crate::integrand::{BandTables, Integrand};
 use crate::integrate::{Integrator, IntegratorScratch, Problem, Queries, RunIndex, Terms, integrate};
-use crate::map_line::{ColumnOrder, MapLine};
+use crate::map_line::{ColumnOrder, MapLine, turn};
 use crate::planes::Planes;
 use crate::row::Row;
 use crate::simd_level::{Level, at_level};
 use crate::slice_plane::SlicePlane;
+use crate::tint::TintedRow;
 use crate::slices::{Fan, Major, Slice, SliceSet};
 
 /// What all slices of a frame share.
@@ -23,27 +23,34 @@ pub struct SlicePass<'a> {
     pub camera: &'a Camera,
     pub epipole: Epipole,
     pub slices: &'a SliceSet,
-    pub bands: Bands,
-    /// One factorisation a distinct extinction.
-    pub factors: &'a [Factors],
-    /// Light rays end where `length / (smallest 1/sin β of their band)` is reached: the length of the factors'
-    /// domain, a distance along a view ray.
-    pub lengths: &'a [f64],
-    pub layer: ShadowLayer<'a>,
+    pub integrand: &'a Integrand,
     pub integrator: Integrator,
+    /// Columns that a texel may hide before it is cut exactly.
+    pub split_over: f32,
     pub level: Level,
     pub planes: &'a Planes,
+    /// Channels whose shares differ.
+    pub channels: usize,
 }
+
+/// Length of a view ray that never ends: far enough for any lamp, and its products stay within f32.
+const FARTHEST: f64 = 1e18;
 
 /// Buffers of one worker, kept from frame to frame.
 #[derive(Debug, Default)]
 pub struct SliceScratch {
     row: Row,
+    tinted: TintedRow,
     index: RunIndex,
     /// Per column of a fan: the first pixel behind the slice before, this slice, and the next one.
     borders: [Vec<i32>; 3],
-    /// 1/sin β per column.
-    cosecants: Vec<f32>,
+    /// sin β, cos β and the factors' view coordinate per column.
+    sines: Vec<f32>,
+    cosines: Vec<f32>,
+    views: Vec<f32>,
+    /// Cone factors of a spot over γ, and the prefix sums of its factors.
+    cone: Vec<f32>,
+    lamp_prefix: Vec<f32>,
     queries: QueryList,
     prefix: Vec<f32>,
     ends: Vec<f32>,
@@ -96,25 +103,38 @@ impl QueryList {
 
 impl SliceScratch {
     /// Grows all buffers to what any slice of such a frame may need.
-    pub fn reserve(&mut self, size: [u32; 2], map_side: usize, spacing: f64, terms: usize) {
+    pub fn reserve(&mut self, frame: &Frame<'_>, map_side: usize, spacing: f64, integrand: &Integrand) {
+        let size = frame.size();
+        let terms = integrand.lanes();
         let columns = size[0].max(size[1]) as usize;
         // A pixel is in the gaps beside a slice if it is within a spacing of it, measured across; 45° slices are √2
         // wider along a column.
         let queries = columns * (2 * ((1.5 * spacing).ceil() as usize + 1));
-        let runs = 2 * map_side + 8;
+        // Every texel column has two cells; around the epipole cells are split, by up to all columns each.
+        let mut runs = 6 * map_side + 8 * columns + 64;
         self.row.clear(runs);
+        if let Some(texture) = frame.texture() {
+            let [width, height] = texture.projection().size();
+            let side = width.max(height) as usize;
+            self.tinted.reserve(runs, side);
+            runs += 2 * side + 4;
+        }
         for border in &mut self.borders {
             border.clear();
             border.reserve(columns);
         }
-        self.cosecants.clear();
-        self.cosecants.resize(columns, 1.0);
+        for angles in [&mut self.sines, &mut self.cosines, &mut self.views] {
+            angles.clear();
+            angles.resize(columns, 1.0);
+        }
         self.queries.clear();
         self.queries.reserve(queries);
         let grow = |buffer: &mut Vec<f32>, length: usize| buffer.resize(length.max(buffer.len()), 0.0);
         grow(&mut self.prefix, (runs + 1) * terms);
         grow(&mut self.ends, queries * terms);
         grow(&mut self.sums, queries * terms);
+        grow(&mut self.lamp_prefix, integrand.buffer_len());
+        self.cone.reserve(integrand.buffer_len());
         self.integrator.reserve(runs, columns, queries, terms);
     }
 
@@ -122,10 +142,15 @@ impl SliceScratch {
     pub fn memory_bytes(&self) -> usize {
         let queries = &self.queries;
         self.row.memory_bytes()
+            + self.tinted.memory_bytes()
             + self.integrator.memory_bytes()
             + size_of::<RunIndex>()
             + 4 * (self.borders.iter().map(Vec::capacity).sum::<usize>()
-                + self.cosecants.capacity()
+                + self.sines.capacity()
+                + self.cosines.capacity()
+                + self.views.capacity()
+                + self.cone.capacity()
+                + self.lamp_prefix.capacity()
                 + self.prefix.capacity()
                 + self.ends.capacity()
                 + self.sums.capacity()
@@ -190,12 +215,22 @@ impl SlicePass<'_> {
             ascending: fan.ascending == self.epipole.outward,
         };
         let plane = SlicePlane::new(self.camera, &self.epipole, &slices[index], fan.major);
-        plane.cosecants(order.columns[0], &mut scratch.cosecants[..to - from]);
+        let count = to - from;
+        plane.angles(order.columns[0], &mut scratch.sines[..count], &mut scratch.cosines[..count]);
+        self.view_coordinates(count, scratch);
+        if let Light::Spot(spot) = self.frame.light() {
+            self.integrand.fill_cone(Some(spot), &plane, &mut scratch.cone);
+        }
 
         let reach = self.ask(fan, slices, index, borders, from, order, scratch);
         self.rectify(&plane, order, reach, scratch);
-        scratch.index.fill(&scratch.row, reach);
-        let starts = scratch.row.starts();
+        let texture = self.frame.texture();
+        if let Some(texture) = texture {
+            let line = self.line(texture.projection(), &plane, order, f64::from(reach));
+            scratch.tinted.fill(&scratch.row, line.as_ref(), texture);
+        }
+        let starts = if texture.is_some() { scratch.tinted.starts() } else { scratch.row.starts() };
+        scratch.index.fill(starts, reach);
         let queries = &mut scratch.queries;
         for &gamma in &queries.gammas {
             queries.runs.push(scratch.index.find(starts, gamma));
@@ -203,22 +238,42 @@ impl SlicePass<'_> {
         scratch.counts.queries += queries.gammas.len() as u64;
         scratch.counts.runs += scratch.row.len() as u64;
 
-        // Columns of one band follow each other.
-        let (mut first, count) = (0, scratch.queries.columns.len());
-        while first < count {
-            let band_of =
-                |query: usize| self.bands.of(scratch.cosecants[scratch.queries.columns[query] as usize]);
-            let band = band_of(first);
-            let last = (first + 1..count).find(|&query| band_of(query) != band).unwrap_or(count);
-            for channel in 0..self.factors.len() {
-                match self.factors[channel].lanes() {
-                    1 => self.band::<1>(band, first..last, channel, order, scratch),
-                    2 => self.band::<2>(band, first..last, channel, order, scratch),
-                    4 => self.band::<4>(band, first..last, channel, order, scratch),
-                    _ => self.band::<8>(band, first..last, channel, order, scratch),
+        for channel in 0..self.channels {
+            let factors = channel.min(self.integrand.channels() - 1);
+            // Columns of one band follow each other.
+            let (mut first, count) = (0, scratch.queries.columns.len());
+            while first < count {
+                let band_of = |query: usize| {
+                    self.integrand.band_of(factors, scratch.views[scratch.queries.columns[query] as usize])
+                };
+                let band = band_of(first);
+                let last = (first + 1..count).find(|&query| band_of(query) != band).unwrap_or(count);
+                let mut buffer = std::mem::take(&mut scratch.lamp_prefix);
+                let (tables, lanes) = self.integrand.tables(factors, band, &scratch.cone, &mut buffer);
+                match lanes {
+                    1 => self.band::<1>(&tables, first..last, channel, order, scratch),
+                    2 => self.band::<2>(&tables, first..last, channel, order, scratch),
+                    4 => self.band::<4>(&tables, first..last, channel, order, scratch),
+                    _ => self.band::<8>(&tables, first..last, channel, order, scratch),
                 }
+                scratch.lamp_prefix = buffer;
+                first = last;
             }
-            first = last;
+        }
+    }
+
+    /// The factors' coordinate of each view ray: 1/sin β for a sun, β for a lamp.
+    #[inline(always)]
+    fn view_coordinates(&self, count: usize, scratch: &mut SliceScratch) {
+        let angles = scratch.sines[..count].iter().zip(&scratch.cosines[..count]);
+        if matches!(self.frame.light(), Light::Directional(_)) {
+            for (view, (sine, _)) in scratch.views.iter_mut().zip(angles) {
+                *view = 1.0 / sine;
+            }
+        } else {
+            for (view, (sine, cosine)) in scratch.views.iter_mut().zip(angles) {
+                *view = sine.atan2(*cosine);
+            }
         }
     }
 
@@ -237,8 +292,10 @@ impl SlicePass<'_> {
     ) -> f32 {
         let [width, _] = self.frame.size();
         let depth = self.frame.depth().texels();
-        let longest = self.lengths.iter().fold(0.0f64, |a, &b| a.max(b)).min(self.frame.max_distance());
-        let longest = longest.min(f64::from(f32::MAX)) as f32;
+        let eye = self.camera.eye();
+        let lamp = self.frame.light().position().map(|position| (position - eye).length() as f32);
+        let longest = if lamp.is_some() { FARTHEST } else { self.integrand.longest() };
+        let longest = longest.min(self.frame.max_distance()) as f32;
         let strides = match fan.major {
             Major::X => [1, width],
             Major::Y => [width, 1],
@@ -247,7 +304,7 @@ impl SlicePass<'_> {
         let queries = &mut scratch.queries;
         queries.clear();
         let mut reach = 0.0f32;
-        for (offset, &cosecant) in scratch.cosecants[..order.count()].iter().enumerate() {
+        for offset in 0..order.count() {
             let column = order.columns[0] + offset as u32;
             let at = from + offset;
             let (start, middle, end) = (borders[0][at], borders[1][at], borders[2][at]);
@@ -261,12 +318,16 @@ impl SlicePass<'_> {
                 if gap > 0.0 { 1.0 / gap } else { 0.0 }
             });
             let rank = order.rank(column);
-            let sine = 1.0 / cosecant;
+            let (sine, cosine) = (scratch.sines[offset], scratch.cosines[offset]);
             for pixel in start..end {
                 let behind = pixel >= middle;
                 let distance = (f64::from(pixel) + 0.5 - own).abs() * gaps[usize::from(behind)];
                 let place = column * strides[0] + pixel as u32 * strides[1];
-                let gamma = depth[place as usize].min(longest) * sine;
+                let end = depth[place as usize].min(longest);
+                let gamma = match lamp {
+                    None => end * sine,
+                    Some(distance) => turn(distance - end * cosine, end * sine),
+                };
                 reach = reach.max(gamma);
                 queries.ranks.push(rank);
                 queries.columns.push(offset as u32);
@@ -283,33 +344,68 @@ impl SlicePass<'_> {
     #[inline(always)]
     fn rectify(&self, plane: &SlicePlane, order: ColumnOrder, reach: f32, scratch: &mut SliceScratch) {
         let columns = order.count() as u32;
-        let projection = self.layer.projection();
-        let eye = self.camera.eye();
+        let behind = if self.epipole.outward { columns } else { 0 };
+        let reach = f64::from(reach);
         scratch.row.clear(0);
         scratch.row.push(0.0, columns);
-        if let Some(line) = MapLine::sun(projection, eye, plane, order, f64::from(reach)) {
-            let behind = if self.epipole.outward { columns } else { 0 };
+        let mut append = |line: MapLine, layer: &ShadowLayer<'_>| {
             scratch.counts.texels += u64::from(line.columns);
-            scratch.row.append(self.level, &line, self.layer.texels(), columns, behind);
-            let [gamma, per_texel] = line.gamma;
-            scratch.row.push(gamma + per_texel * line.length, columns);
+            scratch.row.append(self.level, &line, layer.texels(), columns, behind, self.split_over);
+            // Outside of the map nothing is shadowed.
+            scratch.row.push(line.gamma.at(line.length), columns);
+        };
+        match self.frame.shadow() {
+            ShadowMap::Orthographic(layer) | ShadowMap::Perspective(layer) => {
+                if let Some(line) = self.line(layer.projection(), plane, order, reach) {
+                    append(line, layer);
+                }
+            }
+            ShadowMap::Cube(cube) => {
+                let mut faces: [_; 6] = std::array::from_fn(|face| {
+                    let line = self.line(cube.face(face).projection(), plane, order, reach);
+                    line.map(|line| (line.gamma.at(0.0), face, line))
+                });
+                // In the order of γ; `None` first.
+                faces.sort_unstable_by(|a, b| {
+                    let start = |face: &Option<(f32, usize, MapLine)>| face.as_ref().map_or(-1.0, |face| face.0);
+                    start(a).total_cmp(&start(b))
+                });
+                for (_, face, line) in faces.into_iter().flatten() {
+                    append(line, &cube.face(face));
+                }
+            }
+            ShadowMap::Unshadowed | ShadowMap::Cascades(_) => {}
         }
         scratch.row.finish();
+    }
+
+    /// The slice's line through a map of the light.
+    #[inline(always)]
+    fn line(
+        &self,
+        projection: &MapProjection,
+        plane: &SlicePlane,
+        order: ColumnOrder,
+        reach: f64,
+    ) -> Option<MapLine> {
+        let eye = self.camera.eye();
+        match self.frame.light().position() {
+            None => MapLine::sun(projection, eye, plane, order, reach),
+            Some(lamp) => MapLine::lamp(projection, plane, order, (lamp - eye).length(), reach),
+        }
     }
 
     /// Answers the queries of one band for one extinction.
     #[inline(always)]
     fn band<const N: usize>(
         &self,
-        band: u32,
+        tables: &BandTables<'_>,
         range: std::ops::Range<usize>,
         channel: usize,
         order: ColumnOrder,
         scratch: &mut SliceScratch,
     ) {
-        let factors = &self.factors[channel];
-        let start = self.bands.start(band);
-        let table = Table::<N>::new(factors.prefix(), start / self.lengths[channel]);
+        let table = Table::<N>::new(tables.prefix, tables.per_gamma);
         let queries = &scratch.queries;
         let gammas = &queries.gammas[range.clone()];
         let ends = &mut scratch.ends.as_chunks_mut::<N>().0[..gammas.len()];
@@ -317,16 +413,22 @@ impl SlicePass<'_> {
             *end = table.at(gamma);
         }
         let runs = queries.runs[range.clone()].iter().max().map_or(0, |&run| run as usize + 1);
+        let (starts, lit, tint) = if self.frame.texture().is_some() {
+            let tinted = &scratch.tinted;
+            (tinted.starts(), tinted.lit(), Some(tinted.tint(channel)))
+        } else {
+            (scratch.row.starts(), scratch.row.lit(), None)
+        };
         let prefix = &mut scratch.prefix.as_chunks_mut::<N>().0[..=runs];
-        for (value, &gamma) in prefix.iter_mut().zip(scratch.row.starts()) {
+        for (value, &gamma) in prefix.iter_mut().zip(starts) {
             *value = table.at(gamma);
         }
         let ranks = &queries.ranks[range.clone()];
         let (a, b) = (ranks[0], ranks[ranks.len() - 1]);
         let problem = Problem {
-            lit: &scratch.row.lit()[..runs],
+            lit: &lit[..runs],
             prefix,
-            tint: None,
+            tint: tint.map(|tint| &tint[..runs]),
             queries: Queries { ranks, runs: &queries.runs[range.clone()] },
             ends,
             columns: [a.min(b), a.max(b) + 1],
@@ -335,18 +437,18 @@ impl SlicePass<'_> {
         let sums = &mut scratch.sums.as_chunks_mut::<N>().0[..gammas.len()];
         integrate(self.integrator, &problem, &mut scratch.integrator, sums);
 
-        let per_cosecant = 1.0 / (start * (self.bands.ratio - 1.0)) as f32;
-        let weights = Table::<N>::new(factors.weights(), f64::from(per_cosecant));
+        let brightest = if tint.is_some() { f32::MAX } else { 1.0 };
+        let weights = Table::<N>::new(tables.weights, tables.per_view);
         for ((query, sum), end) in range.zip(&*sums).zip(&*ends) {
-            let cosecant = scratch.cosecants[queries.columns[query] as usize];
-            let view = weights.at((cosecant - start as f32).max(0.0));
-            let (mut lit, mut whole) = (0.0, 0.0);
+            let view = scratch.views[queries.columns[query] as usize];
+            let view = weights.at((view - tables.first_view as f32).max(0.0));
+            let (mut lit, mut whole) = (0.0f32, 0.0f32);
             for term in 0..N {
                 lit += view[term] * sum[term];
                 whole += view[term] * end[term];
             }
             // A ray without length has no shadow, and its radiance is 0 anyway.
-            let share = if whole > 0.0 { (lit / whole).clamp(0.0, 1.0) } else { 1.0 };
+            let share = if whole > 0.0 { (lit / whole).max(0.0).min(brightest) } else { 1.0 };
             let slot = queries.slots[query];
             let share = share * queries.weights[query];
             self.planes.put((slot >> 1) as usize, channel, slot & 1 == 1, share);

@@ -69,12 +69,14 @@ impl SlicePlane {
         [self.column_row, self.depth_row]
     }
 
-    /// 1/sin β for each of the columns from `first` on, at most [`STEEPEST`].
-    pub fn cosecants(&self, first: u32, out: &mut [f32]) {
-        for (index, value) in out.iter_mut().enumerate() {
+    /// `[sin β, cos β]` of the columns from `first` on, the sine at least 1 / [`STEEPEST`].
+    #[inline(always)]
+    pub fn angles(&self, first: u32, sines: &mut [f32], cosines: &mut [f32]) {
+        for (index, (sine, cosine)) in sines.iter_mut().zip(cosines).enumerate() {
             let ray = self.view_ray(f64::from(first) + index as f64);
-            let cosecant = (ray.x * ray.x + ray.y * ray.y).sqrt() / ray.x.max(f64::MIN_POSITIVE);
-            *value = cosecant.min(STEEPEST) as f32;
+            let shrink = 1.0 / (ray.x * ray.x + ray.y * ray.y).sqrt();
+            *sine = (ray.x * shrink).max(1.0 / STEEPEST) as f32;
+            *cosine = (ray.y * shrink) as f32;
         }
     }
 }

@@ -1,26 +1,26 @@
 //! The technique: epipole → slices → bands and factors → one pass a slice → pixels.
 
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
 use scatter_core::{
-    Frame, Light, Projection, RenderError, RenderStats, ScatterImage, ShadowMap, StageClock, Unsupported,
-    VolumetricShadow, walked_radiance,
+    Frame, Projection, RenderError, RenderStats, ScatterImage, ShadowMap, StageClock, Unsupported,
+    VolumetricShadow,
 };
 
 use crate::bands::Bands;
 use crate::epipole::Epipole;
-use crate::factor::Factors;
+
 use crate::fan_pixels::FanPixels;
+use crate::integrand::{Integrand, Precision};
 use crate::options::Options;
 use crate::planes::Planes;
-use crate::resolve::SunLight;
+use crate::resolve::Resolve;
 use crate::simd_level::{self, Level, at_level};
 use crate::slice_pass::{SlicePass, SliceScratch};
-use crate::slices::SliceSet;
+use crate::slices::{Slice, SliceSet};
 
 /// The id of [`Epipolar`].
 pub const ID: &str = "epipolar";
-
-/// Where rays end for the sums: e⁻¹⁷ = 4e-8 of the light is left. Larger values spend factors on nothing.
-const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 17.0;
 
 /// Slices of a task. More keep threads idle at the end of a frame, fewer compute more borders twice.
 const TASK: usize = 32;
@@ -33,8 +33,7 @@ pub struct Epipolar {
     slices: SliceSet,
     fan_pixels: Vec<FanPixels>,
     tasks: Vec<(usize, usize)>,
-    factors: Vec<Factors>,
-    lengths: Vec<f64>,
+    integrand: Integrand,
     planes: Planes,
     workers: Vec<SliceScratch>,
 }
@@ -48,11 +47,21 @@ impl Epipolar {
             slices: SliceSet::default(),
             fan_pixels: Vec::new(),
             tasks: Vec::new(),
-            factors: Vec::new(),
-            lengths: Vec::new(),
+            integrand: Integrand::default(),
             planes: Planes::default(),
             workers: Vec::new(),
         }
+    }
+}
+
+impl Epipolar {
+    fn memory_bytes(&self) -> u64 {
+        let slices = self.slices.slices.capacity() * size_of::<Slice>();
+        let pixels = self.fan_pixels.iter().map(|fan| fan.ranges.capacity() * size_of::<[i32; 2]>());
+        let workers = self.workers.iter().map(SliceScratch::memory_bytes);
+        let tasks = self.tasks.capacity() * size_of::<(usize, usize)>();
+        let tables = self.integrand.memory_bytes() + self.planes.memory_bytes();
+        (slices + tasks + tables + pixels.chain(workers).sum::<usize>()) as u64
     }
 }
 
@@ -67,8 +76,8 @@ impl VolumetricShadow for Epipolar {
             return unsupported("an orthographic camera: its view rays do not meet in an eye");
         }
         match frame.shadow() {
-            ShadowMap::Unshadowed | ShadowMap::Orthographic(_) => Ok(()),
-            _ => unsupported("cascades"),
+            ShadowMap::Cascades(_) => unsupported("cascades: give one map"),
+            _ => Ok(()),
         }
     }
 
@@ -90,53 +99,46 @@ impl VolumetricShadow for Epipolar {
         let bands = Bands::cover(camera, &epipole, &self.slices, 2.0);
         let longest = frame.depth().texels().iter().fold(0.0f32, |a, &b| a.max(b));
         let longest = f64::from(longest).min(frame.max_distance());
-        let sigma_t = frame.medium().sigma_t();
-        let channels = if frame.medium().is_grey() { 1 } else { 3 };
-        self.lengths.clear();
-        self.factors.resize_with(channels, Factors::default);
-        for channel in 0..channels {
-            let length = longest.min(NEGLIGIBLE_OPTICAL_DEPTH / sigma_t[channel]).min(1e30).max(1e-30);
-            self.lengths.push(length);
-            let depth = sigma_t[channel] * length;
-            let rank = match self.options.rank {
-                Some(rank) => rank as usize,
-                None => Factors::rank_for(self.options.factor_error, depth, bands.ratio).unwrap_or(8),
-            };
-            self.factors[channel].rebuild(self.options.factorisation, rank, depth, bands.ratio);
-        }
-        let lanes = self.factors.iter().map(Factors::lanes).max().unwrap_or(1);
+        let precision = Precision {
+            factorisation: self.options.factorisation,
+            rank: self.options.rank,
+            error: self.options.factor_error,
+        };
+        self.integrand.rebuild(frame, bands, longest, precision);
+        let channels = if frame.texture().is_some() { 3 } else { self.integrand.channels() };
         self.planes.resize(pixel_count, channels);
         let workers = worker_count();
         self.workers.resize_with(workers, SliceScratch::default);
+        // Glass colours light that nothing shadows, too.
+        let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
         let side = frame.shadow().layers().next().map_or(0, |layer| {
             let [w, h] = layer.projection().size();
             w.max(h) as usize
         });
         for worker in &mut self.workers {
-            worker.reserve(frame.size(), side, self.options.spacing, lanes);
+            worker.reserve(frame, side, self.options.spacing, &self.integrand);
             worker.counts = Default::default();
         }
         clock.lap(&mut stats, "set-up");
 
-        if let Some(layer) = frame.shadow().layers().next() {
+        if shadowed {
             let pass = SlicePass {
                 frame,
                 camera,
                 epipole,
                 slices: &self.slices,
-                bands,
-                factors: &self.factors,
-                lengths: &self.lengths,
-                layer,
+                integrand: &self.integrand,
                 integrator: self.options.integrator,
+                split_over: self.options.split_over,
                 level: self.level,
                 planes: &self.planes,
+                channels,
             };
-            let next = std::sync::atomic::AtomicUsize::new(0);
+            let next = AtomicUsize::new(0);
             let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
             for_each_worker(&mut self.workers, |scratch| {
                 while let Some(&(fan, first)) =
-                    tasks.get(next.fetch_add(1, std::sync::atomic::Ordering::Relaxed))
+                    tasks.get(next.fetch_add(1, Ordering::Relaxed))
                 {
                     let end = (first + TASK).min(pass.slices.fans[fan].count);
                     pass.run(&pass.slices.fans[fan], &fan_pixels[fan], first..end, scratch);
@@ -147,50 +149,23 @@ impl VolumetricShadow for Epipolar {
 
         out.resize(frame.size());
         let (inscattered, transmittance) = out.pixels_mut();
-        if let Light::Directional(sun) = frame.light() {
-            let light = SunLight::new(frame, sun);
-            let depth = frame.depth().texels();
-            let row = width as usize;
-            let planes = &self.planes;
-            let shadowed = frame.shadow().layers().next().is_some();
-            let level = self.level;
-            for_each_row(inscattered, transmittance, row, |y, inscattered, transmittance| {
-                let mut shares = [[0.0f32; 3]; 64];
-                // TODO-free: rows are cut so that shares stay on the stack.
-                let first = y * row;
-                let mut left = Vec::new();
-                let mut all = vec![[1.0f32; 3]; row];
-                let _ = &mut shares;
-                if shadowed {
-                    for x in 0..row {
-                        for channel in 0..channels {
-                            match planes.take(first + x, channel) {
-                                Some(share) => all[x][channel] = share,
-                                None => left.push(x),
-                            }
-                        }
-                        if channels == 1 {
-                            all[x] = [all[x][0]; 3];
-                        }
-                    }
-                }
-                at_level!(
-                    level,
-                    light.row(y as u32, &depth[first..first + row], &all, inscattered, transmittance)
-                );
-                for x in left {
-                    inscattered[x] = walked_radiance(frame, x as u32, y as u32).as_vec3().to_array();
-                }
-            });
-        }
+        let resolve = Resolve::new(frame, shadowed.then_some((&self.planes, channels)));
+        let walked = AtomicU64::new(0);
+        let level = self.level;
+        for_each_row(inscattered, transmittance, width as usize, |y, inscattered, transmittance| {
+            let count = at_level!(level, resolve.row(y as u32, inscattered, transmittance));
+            walked.fetch_add(count, Ordering::Relaxed);
+        });
         clock.lap(&mut stats, "resolve");
         let sum = |count: fn(&SliceScratch) -> u64| self.workers.iter().map(count).sum::<u64>();
         stats.counts.push("slices", self.slices.slices.len() as u64);
-        stats.counts.push("bands", u64::from(bands.count));
-        stats.counts.push("rank", self.factors.iter().map(|f| f.rank() as u64).max().unwrap_or(0));
+        stats.counts.push("bands", self.integrand.band_count() as u64);
+        stats.counts.push("rank", self.integrand.rank() as u64);
         stats.counts.push("texel columns", sum(|worker| worker.counts.texels));
         stats.counts.push("runs", sum(|worker| worker.counts.runs));
         stats.counts.push("queries", sum(|worker| worker.counts.queries));
+        stats.counts.push("walked pixels", walked.into_inner());
+        stats.memory_bytes = self.memory_bytes();
         Ok(stats)
     }
 }

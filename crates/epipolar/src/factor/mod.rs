@@ -14,6 +14,13 @@
 //! The paper finds the factors by an SVD; [`Factorisation::Chebyshev`] writes them down, with a derived bound.
 
 mod chebyshev;
+mod lamp;
+mod lamp_fit;
+mod lamp_kernel;
+mod svd;
+
+pub use lamp::{LampBands, LampFactors};
+pub use lamp_kernel::LampMedium;
 
 #[cfg(test)]
 mod bessel;
@@ -59,22 +66,32 @@ impl Factors {
     }
 
     /// [`Self::sun`] in place: allocates nothing when the tables were as long before.
-    pub fn rebuild(&mut self, _kind: Factorisation, rank: usize, optical_depth: f64, ratio: f64) {
-        self.rank = rank.clamp(1, MAX_RANK);
-        self.lanes = self.rank.next_power_of_two();
-        self.optical_depth = if optical_depth > 0.0 { optical_depth } else { 0.0 };
-        self.ratio = if ratio > 1.0 { ratio.min(8.0) } else { 1.0 };
-        let band = chebyshev::Band::new(self.optical_depth, self.ratio);
-        let intervals = prefix_intervals(self.optical_depth * self.ratio);
-        band.prefix(self.rank, self.lanes, intervals, &mut self.prefix);
-        chebyshev::weights(self.rank, self.lanes, WEIGHT_INTERVALS, &mut self.weights);
-        self.bound = band.bound(self.rank);
+    pub fn rebuild(&mut self, kind: Factorisation, rank: usize, optical_depth: f64, ratio: f64) {
+        let (optical_depth, ratio) = domain(optical_depth, ratio);
+        let rank = rank.clamp(1, MAX_RANK);
+        let lanes = rank.next_power_of_two();
+        let intervals = prefix_intervals(optical_depth * ratio);
+        self.bound = match kind {
+            Factorisation::Chebyshev => {
+                let band = chebyshev::Band::new(rank, optical_depth, ratio);
+                band.prefix(lanes, intervals, &mut self.prefix);
+                band.weights(lanes, &mut self.weights);
+                band.bound()
+            }
+            Factorisation::Svd => {
+                let band = svd::Decomposition::new(optical_depth, ratio);
+                band.prefix(rank, lanes, intervals, &mut self.prefix);
+                band.weights(rank, lanes, &mut self.weights);
+                band.bound(rank)
+            }
+        };
+        (self.rank, self.lanes, self.optical_depth, self.ratio) = (rank, lanes, optical_depth, ratio);
     }
 
     /// The smallest rank of [`Factorisation::Chebyshev`] whose [`Self::bound`] is at most `error`, if one is.
     pub fn rank_for(error: f64, optical_depth: f64, ratio: f64) -> Option<usize> {
-        let band = chebyshev::Band::new(optical_depth.max(0.0), ratio.clamp(1.0, 8.0));
-        (1..=MAX_RANK).find(|&rank| band.bound(rank) <= error)
+        let (optical_depth, ratio) = domain(optical_depth, ratio);
+        (1..=MAX_RANK).find(|&rank| chebyshev::Band::new(rank, optical_depth, ratio).bound() <= error)
     }
 
     /// How many products are summed, 1..=[`MAX_RANK`].
@@ -87,7 +104,7 @@ impl Factors {
         self.lanes
     }
 
-    /// The largest x of the table, ≥ 0.
+    /// The largest x of the table, > 0: an empty medium's is 1e-30.
     pub fn optical_depth(&self) -> f64 {
         self.optical_depth
     }
@@ -129,6 +146,22 @@ impl Factors {
         interpolate(&self.weights, self.lanes, if span > 0.0 { (y - 1.0) / span } else { 0.0 }, &mut values);
         values
     }
+}
+
+/// Both parameters of a band, made usable.
+fn domain(optical_depth: f64, ratio: f64) -> (f64, f64) {
+    // The limit of an empty medium is reached long before this, and nothing is divided by 0.
+    (optical_depth.max(1e-30), if ratio > 1.0 { ratio.min(8.0) } else { 1.0 })
+}
+
+/// What reading the tables adds to the error of vis.
+///
+/// `depth` is the optical depth of the longest ray, `amplified` is `Σ|Bₖ·Pₖ|` over its integral. Between nodes of the
+/// prefix the weight is its own mean (see [`prefix_intervals`]); values and positions are rounded to f32.
+fn reading_error(depth: f64, amplified: f64) -> f64 {
+    /// Lit intervals for whose roundings there is room: two ends, each off by two of half an ulp.
+    const INTERVALS: f64 = 16.0;
+    depth / (4.0 * prefix_intervals(depth) as f64) + INTERVALS * 2.0 * f64::from(f32::EPSILON) * amplified
 }
 
 /// Intervals of the prefix table for a ray of optical depth `depth` from end to end.

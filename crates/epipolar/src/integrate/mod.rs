@@ -15,7 +15,6 @@ mod run_index;
 mod sweep;
 mod tree;
 
-use crate::row::Row;
 pub use run_index::RunIndex;
 
 /// Which algorithm sums.
@@ -161,11 +160,6 @@ pub fn integrate<const N: usize>(
         Integrator::Cursor => cursor::integrate(problem, scratch, out),
         Integrator::Direct => direct::integrate(problem, out),
     }
-}
-
-/// The index of the last run that a set of ends reaches, one more.
-pub fn reached(row: &Row, reach: f32) -> usize {
-    row.starts()[..row.len()].partition_point(|&start| start <= reach).max(1)
 }
 
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! Which run a light ray is in: a table of buckets over γ, and a few steps from there.
 
-use crate::row::Row;
-
 /// Buckets of a row. More make the table slower to fill, fewer the steps longer.
 const BUCKETS: usize = 256;
 
@@ -19,12 +17,13 @@ impl Default for RunIndex {
 }
 
 impl RunIndex {
-    /// Indexes the runs of a row, whose first one starts at 0, for light rays up to `reach` > 0.
+    /// Indexes runs by their starts, 0 first and ∞ last, for light rays up to `reach` ≥ 0.
     #[inline(always)]
-    pub fn fill(&mut self, row: &Row, reach: f32) {
+    pub fn fill(&mut self, starts: &[f32], reach: f32) {
+        let runs = starts.len() - 1;
         self.per_gamma = if reach < f32::MAX { BUCKETS as f32 / reach.max(f32::MIN_POSITIVE) } else { 0.0 };
         let mut filled = 0;
-        for (run, &start) in row.starts()[..row.len()].iter().enumerate().skip(1) {
+        for (run, &start) in starts[..runs].iter().enumerate().skip(1) {
             let bucket = self.bucket(start);
             while filled <= bucket {
                 self.first[filled] = run as u32 - 1;
@@ -34,7 +33,7 @@ impl RunIndex {
                 return;
             }
         }
-        self.first[filled..].fill(row.len() as u32 - 1);
+        self.first[filled..].fill(runs as u32 - 1);
     }
 
     #[inline(always)]

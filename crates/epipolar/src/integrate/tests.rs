@@ -117,7 +117,7 @@ proptest! {
         }
         row.finish();
         let mut index = RunIndex::default();
-        index.fill(&row, gamma.max(1e-3) * 0.8);
+        index.fill(row.starts(), gamma.max(1e-3) * 0.8);
         for place in places {
             let gamma = place * gamma;
             let run = index.find(row.starts(), gamma) as usize;
