@@ -79,6 +79,9 @@ pub struct ShotTrade {
     pub baseline: Option<&'static str>,
 }
 
+/// A technique with the settings to try.
+type Planned<'a> = (&'a dyn Technique, Vec<Setting>);
+
 /// A shot with both truths.
 struct Judge {
     shot: StagedShot,
@@ -121,12 +124,8 @@ impl Sweep<'_> {
     }
 
     /// Each technique with its settings; the baseline comes first.
-    fn plan(
-        &self,
-        judge: &Judge,
-        progress: &mut dyn FnMut(&str),
-    ) -> Result<Vec<(&dyn Technique, Vec<Setting>)>, MatrixError> {
-        let mut plan: Vec<(&dyn Technique, Vec<Setting>)> = Vec::new();
+    fn plan(&self, judge: &Judge, progress: &mut dyn FnMut(&str)) -> Result<Vec<Planned<'_>>, MatrixError> {
+        let mut plan: Vec<Planned<'_>> = Vec::new();
         if let Some(baseline) = self.baseline {
             let by_hand = by_hand(&self.settings, baseline.technique);
             progress(&format!("{}: cheapest {}", judge.shot.name(), baseline.technique.info().id));
