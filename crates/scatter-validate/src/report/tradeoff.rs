@@ -42,14 +42,14 @@ mod tests {
     use super::*;
     use crate::machine::Machine;
     use crate::tradeoff::charts::trade_plot;
-    use crate::tradeoff::sweep_tests::trade;
+    use crate::tradeoff::example_trade;
 
     #[test]
     fn the_page_has_its_plots_inline_and_its_tables_and_needs_nothing_from_elsewhere() {
         let section = TradeSection {
             heading: "Speed and accuracy".into(),
             introduction: "a & b".into(),
-            plots: vec![trade_plot(&trade()), trade_plot(&trade())],
+            plots: vec![trade_plot(&example_trade()), trade_plot(&example_trade())],
             tables: vec![("Time to each level".into(), "shot  <method>\n".into())],
         };
         let report = Report::new(Machine::this(), "xtask tradeoff".into(), "2026-01-02".into());

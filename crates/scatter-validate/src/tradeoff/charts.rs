@@ -4,7 +4,7 @@ use scatter_core::Quality;
 
 use super::pareto::on_front;
 use super::scaling::{ScalingRow, slopes};
-use super::sweep::{Rung, ShotTrade};
+use super::trade::{Rung, ShotTrade};
 use crate::plot::{Axis, Curve, Guide, Mark, Plot, Point};
 use crate::table::{milliseconds, percent};
 
@@ -125,7 +125,7 @@ pub fn scaling_plot(shot: &str, rows: &[ScalingRow], baseline: Option<&str>) -> 
 mod tests {
     use super::*;
     use crate::tradeoff::scaling::tests::rows;
-    use crate::tradeoff::sweep::tests::{rung, trade};
+    use crate::tradeoff::trade::tests::{rung, trade};
 
     #[test]
     fn a_curve_joins_what_the_technique_itself_does_not_beat_and_the_front_is_filled() {

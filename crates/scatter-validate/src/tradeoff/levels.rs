@@ -3,7 +3,7 @@
 use scatter_core::Quality;
 use serde::Serialize;
 
-use super::sweep::{Rung, ShotTrade};
+use super::trade::{Rung, ShotTrade};
 
 /// One technique at one level on one shot, at its cheapest setting that reaches it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -69,7 +69,7 @@ fn reached(rung: &Rung, baseline: Option<&Rung>) -> Reached {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tradeoff::sweep::tests::trade;
+    use crate::tradeoff::trade::tests::trade;
 
     #[test]
     fn times_are_compared_at_equal_level_and_a_miss_is_none() {

@@ -16,6 +16,7 @@ mod scaling;
 mod setting;
 mod slope;
 mod sweep;
+mod trade;
 
 pub use flicker::SecondDifference;
 pub use levels::{LevelRow, Reached, level_rows};
@@ -24,7 +25,8 @@ pub use pareto::on_front;
 pub use scaling::{SCALING_FACTORS, Scaling, ScalingRow, Slope, slopes};
 pub use setting::{Setting, Source, ladder};
 pub use slope::Fit;
-pub use sweep::{Limits, Rung, ShotTrade, Sweep};
+pub use sweep::{Limits, Sweep};
+pub use trade::{Rung, ShotTrade};
 
 #[cfg(test)]
-pub(crate) use sweep::tests as sweep_tests;
+pub(crate) use trade::tests::trade as example_trade;

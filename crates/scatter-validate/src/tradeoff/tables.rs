@@ -5,7 +5,7 @@ use scatter_core::Quality;
 use super::levels::{LevelRow, Reached};
 use super::motion::MotionRow;
 use super::scaling::{ScalingRow, Slope};
-use super::sweep::{Rung, ShotTrade};
+use super::trade::{Rung, ShotTrade};
 use crate::columns::{aligned, markdown};
 use crate::figures::Figures;
 use crate::table::{milliseconds, percent};
@@ -179,7 +179,7 @@ mod tests {
     use super::*;
     use crate::tradeoff::levels::level_rows;
     use crate::tradeoff::scaling::{slopes, tests::rows};
-    use crate::tradeoff::sweep::tests::trade;
+    use crate::tradeoff::trade::tests::trade;
 
     #[test]
     fn the_level_table_has_a_line_a_technique() {
