@@ -49,6 +49,10 @@ const TOLERANCE: f64 = 2e-5;
 /// edge is taken next to the texel, not at its centre: on a surface that is not steep that is less than
 /// [`TOLERANCE`]. Smaller: nothing is gained. Larger: rays for hidden edges.
 const HIDDEN: f64 = 1e-3;
+/// Thickness on the screen, in reaches, below which all of a triangle is in doubt, whatever was drawn. The corners of
+/// such a sliver change its area by a part of itself, and the plane that the device computes from that, in f32, may lead
+/// to a depth that is nowhere on it. Smaller: such depths stay. Larger: more rays.
+const SLIVER: f64 = 8.0;
 /// Smallest w of a clipped triangle, as a share of the range: what is nearer to a lamp than that covers all it sees.
 const SMALLEST_W: f64 = 1e-9;
 /// Triangles of one task: long enough to be worth it, short enough to share.
@@ -134,7 +138,14 @@ impl Walk<'_> {
         else {
             return;
         };
-        let slope = slope(polygon);
+        let normal = polygon.get(..3).map_or(DVec3::ZERO, |p| (p[1] - p[0]).cross(p[2] - p[0]));
+        // Twice the area over a side that is long, if not the longest, is about the thickness.
+        if normal.z.abs() < SLIVER * self.reach * (high - low).truncate().max_element() {
+            self.inside(polygon, DVec2::NAN, [f64::NEG_INFINITY, high.z], rows, found);
+            return;
+        }
+        // How v/w changes a texel to the right and a texel down.
+        let slope = -normal.truncate() / normal.z;
         // The farthest corner has the steepest depth.
         if self.is_steep(slope, high.z) {
             self.inside(polygon, slope, [low.z, high.z], rows, found);
@@ -147,7 +158,7 @@ impl Walk<'_> {
     /// Whether the reach moves a surface's depth by more than the tolerance where `v/w` is `v`.
     fn is_steep(&self, slope: DVec2, v: f64) -> bool {
         let moved = (slope.x.abs() + slope.y.abs()) * self.reach * self.screen.depth_per_v(v);
-        // A triangle without an area has no slope, NaN.
+        // A sliver has no slope, NaN.
         !(moved <= TOLERANCE * self.screen.range)
     }
 
@@ -245,15 +256,6 @@ fn project(corners: [DVec4; 3], smallest: f64, polygon: &mut [DVec3; 4]) -> usiz
         }
     }
     count
-}
-
-/// How `v/w` changes a texel to the right and a texel down; not finite for a polygon without area.
-fn slope(polygon: &[DVec3]) -> DVec2 {
-    let [Some(&a), Some(&b), Some(&c)] = [0, 1, 2].map(|index| polygon.get(index)) else {
-        return DVec2::ZERO;
-    };
-    let normal = (b - a).cross(c - a);
-    -normal.truncate() / normal.z
 }
 
 /// Smallest and largest x of a convex polygon between two heights.
