@@ -2,7 +2,7 @@
 //!
 //! Sun: the bounding rectangle, in light space, of all view rays up to their ends, each cut to the rectangle of the
 //! scene (a point beside it is shadowed by nothing). The near plane lies before the whole scene, so occluders behind
-//! the camera count. Cascades are the same for stretches of the rays, by the practical split scheme (Zhang et al.
+//! the camera count. Its sides lie on a coarse grid, so that one pixel's rounding moves no texel. Cascades are the same for stretches of the rays, by the practical split scheme (Zhang et al.
 //! 2006). Spot: square, twice the outer angle; wider than 80° and point lights: six cube faces.
 
 use glam::{DVec2, DVec3};
@@ -37,6 +37,10 @@ const SPOT_SLACK: f64 = 1e-6;
 /// Texels around the rectangle of what is seen. Below one a point at its edge could round to the outside, which
 /// counts as lit.
 const BORDER_TEXELS: f64 = 1.0;
+/// The rectangle's sides lie on a grid of this share of its size (rounded up to a power of two), outwards. The depth of
+/// a single pixel decides where a side lies; without a grid its last bit would move every texel of the map, and with
+/// them the thinnest shafts. Larger: texels are wasted. Smaller: rounding moves the map more often.
+const FIT_GRID: f64 = 1.0 / 4096.0;
 /// Weight of the logarithmic split against the uniform one (Zhang et al. 2006 use 0.5).
 const LOGARITHMIC_SHARE: f64 = 0.5;
 
@@ -141,6 +145,16 @@ impl Rectangle {
         !(self.low.x <= self.high.x && self.low.y <= self.high.y)
     }
 
+    /// The rectangle with its sides moved outwards to the grid of [`FIT_GRID`].
+    fn on_grid(&self) -> Self {
+        let size = (self.high - self.low).max_element();
+        let step = size.log2().ceil().exp2() * FIT_GRID;
+        if !step.is_normal() {
+            return *self;
+        }
+        Self { low: (self.low / step).floor() * step, high: (self.high / step).ceil() * step }
+    }
+
     /// The stretch of `start + t·step`, t in `[from, to]`, inside of the rectangle (Liang and Barsky 1984).
     fn clip(&self, start: DVec2, step: DVec2, [from, to]: [f64; 2]) -> Option<[DVec2; 2]> {
         if self.is_empty() {
@@ -222,7 +236,7 @@ impl SunSpace {
     /// The map over a rectangle; over the whole scene if it is empty, over anything if the scene is.
     fn projection(&self, seen: Rectangle, size: u32) -> Result<MapProjection, ModelError> {
         let anything = Rectangle { low: DVec2::NEG_ONE, high: DVec2::ONE };
-        let rectangle = [seen, self.scene].into_iter().find(|r| !r.is_empty()).unwrap_or(anything);
+        let rectangle = [seen, self.scene].into_iter().find(|r| !r.is_empty()).unwrap_or(anything).on_grid();
         let [near, far] = if self.scene.is_empty() { [0.0, 1.0] } else { self.depth };
         let scene_size = (self.scene.high - self.scene.low).max_element().max(far - near);
         // A rectangle without a width (a flat scene from its side, a single ray) still needs texels: this small a

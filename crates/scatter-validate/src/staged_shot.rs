@@ -1,5 +1,6 @@
 //! A shot made ready to be measured: its triangles in a caster, its maps cast once, its frames lent to techniques.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use scatter_core::{
@@ -19,7 +20,7 @@ pub struct StagedShot {
     medium: Medium,
     max_distance: f64,
     lights: Vec<StagedLight>,
-    caster: SceneCaster,
+    caster: Arc<SceneCaster>,
     /// The same triangles on a device, where that makes the maps.
     raster: Option<RasterScene>,
     map_size: u32,
@@ -93,10 +94,11 @@ impl StagedShot {
         let Shot { name, camera, lights, medium, max_distance, scene, .. } = shot;
         let caster =
             SceneCaster::new(&scene).map_err(|source| StageError::Caster { shot: name.clone(), source })?;
+        let caster = Arc::new(caster);
         // The caster has its own welded copy; a large scene must not be held twice.
         drop(scene);
         let raster = device
-            .map(|device| RasterScene::new(device, &caster))
+            .map(|device| RasterScene::new(device, caster.clone()))
             .transpose()
             .map_err(|source| StageError::Raster { shot: name.clone(), source })?;
         let lights = lights
@@ -122,7 +124,7 @@ impl StagedShot {
     fn make_maps(&mut self) -> Result<(), StageError> {
         let source: &dyn MapSource = match &self.raster {
             Some(raster) => raster,
-            None => &self.caster,
+            None => &*self.caster,
         };
         let start = Instant::now();
         for part in &mut self.lights {
@@ -203,7 +205,7 @@ impl StagedShot {
             .map_err(wrong)?
             .with_shadow_source(match &self.raster {
                 Some(raster) => raster,
-                None => &self.caster as &dyn ShadowMapSource,
+                None => &*self.caster as &dyn ShadowMapSource,
             });
         Ok(match &texture {
             Some(texture) => visit(&frame.with_texture(texture)),

@@ -10,11 +10,14 @@ impl SceneCaster {
     /// Fills `out`, `[y][x]`, with the distance along each pixel's ray to its first surface, at any distance; `+∞` for
     /// no surface. Resizes `out` to the camera's image.
     pub fn depth_map(&self, camera: &Camera, out: &mut Vec<f32>) {
-        fill_rows(out, camera.size(), |x, y| {
-            let ray = camera.pixel_ray(x, y);
-            let plane = RayPlane::any(camera.eye(), ray.origin, ray.direction);
-            self.first_crossing(&plane, f64::INFINITY).map_or(f32::INFINITY, |t| t as f32)
-        });
+        fill_rows(out, camera.size(), |x, y| self.pixel_distance(camera, x, y));
+    }
+
+    /// One value of [`Self::depth_map`].
+    pub(crate) fn pixel_distance(&self, camera: &Camera, x: u32, y: u32) -> f32 {
+        let ray = camera.pixel_ray(x, y);
+        let plane = RayPlane::any(camera.eye(), ray.origin, ray.direction);
+        self.first_crossing(&plane, f64::INFINITY).map_or(f32::INFINITY, |t| t as f32)
     }
 
     /// Fills `out`, `[row][column]`, with the depth of the first surface along the light ray through each texel's
@@ -47,19 +50,22 @@ impl SceneCaster {
                 cure: "give a projection with an inverse",
             });
         }
-        fill_texels(out, projection.size(), |column, row| {
-            let ray = projection.light_ray(f64::from(column) + 0.5, f64::from(row) + 0.5);
-            let Some((origin, step)) = ray else { return f32::INFINITY };
-            let world_per_depth = step.length();
-            let along = step / world_per_depth;
-            let depth = if projection.is_perspective() {
-                self.closest_hit(origin, along, f64::INFINITY)
-            } else {
-                self.first_on_line(origin, along, f64::INFINITY)
-            };
-            depth.map_or(f32::INFINITY, |t| (t / world_per_depth).max(0.0) as f32)
-        });
+        fill_texels(out, projection.size(), |column, row| self.texel_depth(projection, column, row));
         Ok(())
+    }
+
+    /// One value of [`Self::shadow_map`].
+    pub(crate) fn texel_depth(&self, projection: &MapProjection, column: u32, row: u32) -> f32 {
+        let ray = projection.light_ray(f64::from(column) + 0.5, f64::from(row) + 0.5);
+        let Some((origin, step)) = ray else { return f32::INFINITY };
+        let world_per_depth = step.length();
+        let along = step / world_per_depth;
+        let depth = if projection.is_perspective() {
+            self.closest_hit(origin, along, f64::INFINITY)
+        } else {
+            self.first_on_line(origin, along, f64::INFINITY)
+        };
+        depth.map_or(f32::INFINITY, |t| (t / world_per_depth).max(0.0) as f32)
     }
 
     /// The first surface on the whole line through `origin` that is not beyond `limit`: a distance from `origin`,
@@ -101,14 +107,15 @@ impl ShadowMapSource for SceneCaster {
 }
 
 /// The world lines that the texels of a general projection see.
-struct TexelLines {
+pub(crate) struct TexelLines {
     clip_from_world: DMat4,
     world_from_clip: DMat4,
     size: [u32; 2],
 }
 
 impl TexelLines {
-    fn new(clip_from_world: &DMat4, size: [u32; 2]) -> Option<Self> {
+    /// `None` for a matrix that is singular or not finite.
+    pub(crate) fn new(clip_from_world: &DMat4, size: [u32; 2]) -> Option<Self> {
         // Rows may differ by many powers of ten (world units against a far plane), so the determinant says little.
         let world_from_clip = clip_from_world.inverse();
         let usable = clip_from_world.is_finite()
@@ -122,7 +129,7 @@ impl TexelLines {
     /// With `H(z) = world_from_clip·(x, y, z, 1)` the line is `H.xyz/H.w`, and w of clip space is `1/H.w`. Its
     /// direction of growing z, `H'.xyz·H.w − H.xyz·H'.w`, does not depend on z; w > 0 is the half-line before or
     /// behind the pole of H.w, which is the centre of projection where it lies at infinite z.
-    fn first_depth(&self, caster: &SceneCaster, column: u32, row: u32) -> f32 {
+    pub(crate) fn first_depth(&self, caster: &SceneCaster, column: u32, row: u32) -> f32 {
         let x = (f64::from(column) + 0.5) / f64::from(self.size[0]) * 2.0 - 1.0;
         let y = 1.0 - (f64::from(row) + 0.5) / f64::from(self.size[1]) * 2.0;
         let at = |z: f64| self.world_from_clip * DVec4::new(x, y, z, 1.0);

@@ -12,6 +12,8 @@ use crate::load::MAX_COORDINATE;
 use crate::scene::Scene;
 
 pub(crate) use bvh::{Bvh, F32_ROUNDING, Node, Pending};
+#[cfg(feature = "raster")]
+pub(crate) use map_casts::TexelLines;
 pub(crate) use ray_plane::{PlanePoint, RayPlane, Segment};
 use ray_walk::RayWalk;
 

@@ -70,6 +70,8 @@ pub(super) struct Device {
     pub largest_index: u32,
     /// Texels along a side of the largest map.
     pub largest_map: u32,
+    /// Step of the grid that vertices are moved to \[texels\].
+    pub grid: f64,
     info: DeviceInfo,
     queue: Mutex<Queue>,
     /// Dropped after the device that was made from it.
@@ -128,6 +130,7 @@ impl Device {
             memory,
             largest_index: if wide_indices { u32::MAX } else { limits.max_draw_indexed_index_value },
             largest_map,
+            grid: 0.5f64.powi(limits.sub_pixel_precision_bits.min(i32::MAX as u32) as i32),
             info,
             queue: Mutex::new(empty),
             instance,

@@ -13,6 +13,7 @@ use glam::{DMat3, DVec3, DVec4};
 use rayon::prelude::*;
 use scatter_core::{Camera, MapProjection, Projection};
 
+use super::doubt::{Screen, ScreenDepth};
 use super::pipeline::PassBlock;
 
 /// A depth pass.
@@ -20,12 +21,11 @@ use super::pipeline::PassBlock;
 pub(super) struct DepthPass {
     pub block: PassBlock,
     pub size: [u32; 2],
-    /// Odd: the pass is drawn at this many times its size, and the middle of each block is kept. The same places are
-    /// sampled, on a grid that is finer by as much.
-    pub fineness: u32,
     pub store: Store,
     /// Whether surfaces before the near plane count; they are cut away otherwise.
     pub clamp: bool,
+    /// The same projection in f64.
+    pub screen: Screen,
 }
 
 /// What the depth image holds.
@@ -54,12 +54,6 @@ const DEPTH_MARGIN: f64 = 1e-3;
 /// Smallest depth of a perspective map, as a share of the farthest: nearer surfaces count at that depth. A float
 /// reaches 2⁻¹²⁶, so this is not a matter of precision.
 const SMALLEST_SHARE: f64 = 1e-12;
-
-/// Largest side of an image that is drawn finer than it was asked for: 4096² texels are 64 MiB and a tenth of a second
-/// in software.
-const FINE_SIDE: u32 = 4096;
-/// Finest grid, odd: beyond it a small image would cost more than a large one.
-const FINEST: u32 = 9;
 
 impl DepthPass {
     /// The pass of a shadow map. `None` if the projection has no inverse.
@@ -113,8 +107,16 @@ impl DepthPass {
         let reference = if near { centre } else { scene.centre };
         let scale = 1.0 / scene.largest(&[x, y, w]);
         let rows = [x * scale, -y * scale, z * (0.5 * scale), w * scale];
+        let screen = Screen {
+            rows: texel_rows(reference, [x, -y, z, w], size),
+            reference,
+            size,
+            depth: ScreenDepth::Itself,
+            range: 1.0,
+            rounding: rounding(&rows.map(|row| relative(row, reference)), scene.reach_of(reference), size),
+        };
         let block = block(scene, reference, rows);
-        Self { block, size, fineness: 1, store: Store::Half, clamp: true }
+        Self { block, size, store: Store::Half, clamp: true, screen }
     }
 
     fn perspective(scene: &SceneBox, centre: DVec3, [x, y, depth]: [DVec4; 3], size: [u32; 2]) -> Self {
@@ -123,8 +125,16 @@ impl DepthPass {
         let smallest = SMALLEST_SHARE * farthest;
         let scale = 1.0 / farthest;
         let rows = [x * scale, y * scale, DVec4::W * (smallest * scale), depth * scale];
+        let screen = Screen {
+            rows: texel_rows(centre, [x, y, -DVec4::W, depth], size),
+            reference: centre,
+            size,
+            depth: ScreenDepth::MinusReciprocal,
+            range: farthest,
+            rounding: rounding(&rows.map(|row| relative(row, centre)), scene.reach_of(centre), size),
+        };
         let block = block(scene, centre, rows);
-        Self { block, size, fineness: 1, store: Store::Reciprocal { smallest }, clamp: true }
+        Self { block, size, store: Store::Reciprocal { smallest }, clamp: true, screen }
     }
 
     fn parallel(
@@ -136,28 +146,56 @@ impl DepthPass {
         clamp: bool,
     ) -> Self {
         let z = (depth - DVec4::W * nearest) / range;
-        let block = block(scene, reference, [x, y, z, DVec4::W]);
-        Self { block, size, fineness: 1, store: Store::Affine { nearest, range }, clamp }
-    }
-
-    /// The same pass on the finest grid for which the drawn image stays within [`FINE_SIDE`] and `limit`.
-    pub fn refined(self, limit: u32) -> Self {
-        let side = self.size[0].max(self.size[1]).max(1);
-        let fits = (FINE_SIDE.min(limit) / side).clamp(1, FINEST);
-        // The largest odd number that fits.
-        Self { fineness: (fits - 1) | 1, ..self }
+        let rows = [x, y, z, DVec4::W];
+        let screen = Screen {
+            rows: texel_rows(reference, [x, y, depth, DVec4::W], size),
+            reference,
+            size,
+            depth: ScreenDepth::Itself,
+            range,
+            rounding: rounding(&rows.map(|row| relative(row, reference)), scene.reach_of(reference), size),
+        };
+        let block = block(scene, reference, rows);
+        Self { block, size, store: Store::Affine { nearest, range }, clamp, screen }
     }
 }
 
 /// The rows relative to the reference, and the reference relative to the scene's centre, as the shader reads them.
 fn block(scene: &SceneBox, reference: DVec3, rows: [DVec4; 4]) -> PassBlock {
-    let row = |row: DVec4| {
-        // The shift and the reference's part nearly cancel far from the origin: nothing is added before them.
-        row.truncate().extend(row.truncate().dot(reference) + row.w).as_vec4().to_array()
-    };
-    let [x, y, z, w] = rows.map(row);
+    let [x, y, z, w] = rows.map(|row| relative(row, reference).as_vec4().to_array());
     let [high, low] = split(reference - scene.centre);
     PassBlock { x, y, z, w, reference_high: high, padding_0: 0.0, reference_low: low, padding_1: 0.0 }
+}
+
+/// A row over world points as one over points relative to the reference. The shift and the reference's part nearly
+/// cancel far from the origin: nothing is added before them.
+fn relative(row: DVec4, reference: DVec3) -> DVec4 {
+    row.truncate().extend(row.truncate().dot(reference) + row.w)
+}
+
+/// Rows `(x, y, v, w)` of clip coordinates as the [`Screen`] has them: relative to the reference, x and y in texels.
+fn texel_rows(reference: DVec3, [x, y, v, w]: [DVec4; 4], [width, height]: [u32; 2]) -> [DVec4; 4] {
+    let texels = |row: DVec4, count: u32| (row + w) * (0.5 * f64::from(count));
+    [texels(x, width), texels(y, height), v, w].map(|row| relative(row, reference))
+}
+
+/// How far the shader's and the viewport's f32 arithmetic moves a vertex that the map sees \[texels\].
+///
+/// A coordinate of clip space is a sum of products: three roundings of the point, one of each product, three of the
+/// sum, three of the division and the viewport. All are relative to the largest term, which is `row·p`, at the most
+/// `spread·|row|` when `p` is as far from the reference as anything at w = 1. Ten half ulps, of half the map's side.
+fn rounding(rows: &[DVec4; 4], reach: f64, size: [u32; 2]) -> f64 {
+    let [x, y, _, w] = rows;
+    // p/w is bounded by what a corner of the image sees, where p starts at the centre of projection; and in a parallel
+    // map, or one from afar, by the scene itself.
+    let linear = DMat3::from_cols(x.truncate(), y.truncate(), w.truncate()).transpose().inverse();
+    let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    let seen = corners.iter().map(|&(i, j)| (linear * DVec3::new(i, j, 1.0)).length()).fold(0.0, f64::max);
+    // NaN, for a singular matrix, is no number and loses.
+    let spread = seen.min(reach / w.w.abs());
+    let largest = [x, y].iter().map(|row| row.truncate().length() * spread).fold(1.0, f64::max);
+    const ROUNDINGS: f64 = 10.0;
+    ROUNDINGS * largest * 0.5 * f64::from(f32::EPSILON) * 0.5 * f64::from(size[0].max(size[1]))
 }
 
 /// A point as a sum of two f32.
@@ -181,6 +219,11 @@ impl SceneBox {
             let value = row.dot(p);
             [low.min(value), high.max(value)]
         })
+    }
+
+    /// Distance from a point to the farthest corner.
+    fn reach_of(&self, p: DVec3) -> f64 {
+        self.corners().map(|corner| corner.truncate().distance(p)).fold(0.0, f64::max)
     }
 
     /// A length > 0 to scale a parallel map's depths by: a scene may be flat as the map sees it, or a point.

@@ -1,19 +1,20 @@
 //! A scene on a device: its depth and shadow maps, in the very conventions of the ray casts.
 
 use std::fmt;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DMat4;
 use rayon::prelude::*;
 use scatter_core::{Camera, MapProjection, ModelError, RenderError, ShadowMapSource};
 
 use super::device::RasterDevice;
+use super::doubt::texels_in_doubt;
 use super::error::RasterError;
 use super::mesh::Mesh;
 use super::pass::{DepthPass, SceneBox};
 use super::pipeline::Pipelines;
 use super::target::Target;
-use crate::caster::SceneCaster;
+use crate::caster::{SceneCaster, TexelLines};
 use crate::maps::{MapError, MapSource};
 
 /// A scene's triangles on a device, ready to be drawn from anywhere.
@@ -21,6 +22,9 @@ use crate::maps::{MapError, MapSource};
 /// Several threads may ask for maps; they are drawn one after the other.
 pub struct RasterScene {
     device: RasterDevice,
+    caster: Arc<SceneCaster>,
+    /// Whether rays decide the texels that the device's grid leaves in doubt.
+    decides: bool,
     pipelines: Pipelines,
     mesh: Mesh,
     /// None for a scene without triangles.
@@ -30,16 +34,25 @@ pub struct RasterScene {
 }
 
 impl RasterScene {
-    /// Uploads the caster's triangles: the same welded ones that rays are cast against.
-    pub fn new(device: &RasterDevice, caster: &SceneCaster) -> Result<Self, RasterError> {
+    /// Uploads the caster's triangles: the same welded ones that rays are cast against. The caster decides the texels
+    /// that the device's grid leaves in doubt.
+    pub fn new(device: &RasterDevice, caster: Arc<SceneCaster>) -> Result<Self, RasterError> {
         let centre = caster.bvh().centre;
         Ok(Self {
             device: device.clone(),
+            decides: true,
             pipelines: Pipelines::new(&device.0)?,
-            mesh: Mesh::new(&device.0, caster)?,
+            mesh: Mesh::new(&device.0, &caster)?,
             scene: caster.bounds().map(|bounds| SceneBox { centre, bounds }),
             target: Mutex::new(None),
+            caster,
         })
+    }
+
+    /// The same scene with maps as the device draws them: faster on a fast device, and silhouettes are off by as much as
+    /// its grid.
+    pub fn as_drawn(self) -> Self {
+        Self { decides: false, ..self }
     }
 
     /// The device.
@@ -58,9 +71,8 @@ impl RasterScene {
         let [width, height] = camera.size();
         self.resize(out, camera.size(), 1)?;
         let Some(scene) = &self.scene else { return Ok(()) };
-        // One depth a pixel is all there is, and the image shows it: silhouettes get a finer grid.
-        let pass = DepthPass::of_camera(scene, camera).refined(self.device.largest_map());
-        self.draw(&pass, out)?;
+        let pass = DepthPass::of_camera(scene, camera);
+        let doubts = self.draw(&pass, out)?;
         debug_assert_eq!(out.len(), width as usize * height as usize, "one texel a pixel");
         out.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
             for (x, depth) in row.iter_mut().enumerate().filter(|(_, depth)| depth.is_finite()) {
@@ -68,6 +80,7 @@ impl RasterScene {
                 *depth = (f64::from(*depth) / direction.dot(camera.forward())) as f32;
             }
         });
+        decide(&doubts, width, out, |x, y| self.caster.pixel_distance(camera, x, y));
         Ok(())
     }
 
@@ -97,7 +110,11 @@ impl RasterScene {
             problem: "it is singular",
             cure: "give an invertible projection",
         })?;
-        self.draw(&pass, out)
+        let doubts = self.draw(&pass, out)?;
+        decide(&doubts, projection.size()[0], out, |column, row| {
+            self.caster.texel_depth(projection, column, row)
+        });
+        Ok(())
     }
 
     /// `count` maps of no surface at all.
@@ -116,19 +133,25 @@ impl RasterScene {
         Ok(())
     }
 
-    fn draw(&self, pass: &DepthPass, out: &mut [f32]) -> Result<(), RasterError> {
+    /// Draws the pass; returns the texels that rays are to decide.
+    fn draw(&self, pass: &DepthPass, out: &mut [f32]) -> Result<Vec<u32>, RasterError> {
         let device = &self.device.0;
         let mut target = self.target.lock().unwrap_or_else(PoisonError::into_inner);
         // The old image goes before the new one comes: both together may not fit.
         let mut usable = target.take().filter(|target| target.fits(pass));
         if usable.is_none() {
-            usable = Some(Target::new(device, pass.size, pass.fineness)?);
+            usable = Some(Target::new(device, pass.size)?);
         }
         let target = target.insert(match usable {
             Some(usable) => usable,
-            None => return Ok(()),
+            None => return Ok(Vec::new()),
         });
-        target.render(device, &self.pipelines, &self.mesh, pass, out)
+        target.render(device, &self.pipelines, &self.mesh, pass, out)?;
+        if !self.decides {
+            return Ok(Vec::new());
+        }
+        let (positions, triangles) = self.caster.welded();
+        Ok(texels_in_doubt(&pass.screen, device.grid, positions, triangles, out))
     }
 }
 
@@ -178,16 +201,26 @@ impl RasterScene {
                 size[1],
             )));
         }
-        let usable = clip.is_finite() && clip.determinant() != 0.0 && clip.inverse().is_finite();
-        if !usable {
+        let Some(lines) = TexelLines::new(clip, size) else {
             return Err(RasterError::Request(
                 "clip_from_world is singular or not finite; give an invertible matrix".into(),
             ));
-        }
+        };
         self.check(size)?;
         out.fill(f32::INFINITY);
         let Some(scene) = &self.scene else { return Ok(()) };
-        self.draw(&DepthPass::of_clip(scene, [0, 1, 2, 3].map(|row| clip.row(row)), size), out)
+        let pass = DepthPass::of_clip(scene, [0, 1, 2, 3].map(|row| clip.row(row)), size);
+        let doubts = self.draw(&pass, out)?;
+        decide(&doubts, size[0], out, |column, row| lines.first_depth(&self.caster, column, row));
+        Ok(())
+    }
+}
+
+/// Casts a ray for each of `doubts`, in parallel.
+fn decide(doubts: &[u32], width: u32, out: &mut [f32], cast: impl Fn(u32, u32) -> f32 + Sync) {
+    let depths: Vec<f32> = doubts.par_iter().map(|index| cast(index % width, index / width)).collect();
+    for (&index, depth) in doubts.iter().zip(depths) {
+        out[index as usize] = depth;
     }
 }
 

@@ -15,8 +15,7 @@ use super::pipeline::Pipelines;
 pub(super) struct Target {
     image: DepthImage,
     staging: Buffer,
-    fineness: u32,
-    /// Rows of the map, not of the image.
+    /// Rows that the staging buffer holds.
     strip_rows: u32,
 }
 
@@ -25,23 +24,23 @@ pub(super) struct Target {
 const STRIP_BYTES: u64 = 64 << 20;
 
 impl Target {
-    /// A target for passes of this size and fineness; `size` ≥ 1 a side.
-    pub fn new(device: &Arc<Device>, size: [u32; 2], fineness: u32) -> Result<Self, RasterError> {
+    /// A target for passes of this size, ≥ 1 a side.
+    pub fn new(device: &Arc<Device>, size: [u32; 2]) -> Result<Self, RasterError> {
         let [width, height] = size;
-        let limit = device.largest_map / fineness;
+        let limit = device.largest_map;
         if width > limit || height > limit {
             return Err(RasterError::TooLarge { width, height, limit });
         }
-        let row = u64::from(width * fineness) * size_of::<f32>() as u64;
+        let row = u64::from(width) * size_of::<f32>() as u64;
         let strip_rows = (STRIP_BYTES / row).clamp(1, u64::from(height)) as u32;
         let staging = Buffer::on_host(device, "reading a depth map back", row * u64::from(strip_rows))?;
-        let image = DepthImage::new(device, size.map(|side| side * fineness))?;
-        Ok(Self { image, staging, fineness, strip_rows })
+        let image = DepthImage::new(device, size)?;
+        Ok(Self { image, staging, strip_rows })
     }
 
     /// Whether the pass can be drawn here.
     pub fn fits(&self, pass: &DepthPass) -> bool {
-        self.fineness == pass.fineness && self.image.size == pass.size.map(|side| side * pass.fineness)
+        self.image.size == pass.size
     }
 
     /// Draws the pass and fills `out`, `[row][column]`, with decoded depths. `out` has the pass's size.
@@ -65,13 +64,7 @@ impl Target {
                 self.copy_rows(raw, commands, first_row, rows);
             })?;
             let stored: &[f32] = bytemuck::cast_slice(self.staging.bytes());
-            if self.fineness == 1 {
-                pass.store.decode(&stored[..out.len()], out);
-            } else {
-                let step = self.fineness as usize;
-                let middles = stored.iter().skip(step / 2).step_by(step).take(out.len());
-                pass.store.decode(&middles.copied().collect::<Vec<_>>(), out);
-            }
+            pass.store.decode(&stored[..out.len()], out);
         }
         Ok(())
     }
@@ -148,20 +141,10 @@ impl Target {
     }
 
     fn copy_rows(&self, device: &ash::Device, commands: vk::CommandBuffer, first: u32, count: u32) {
-        let width = self.image.size[0];
-        let step = self.fineness;
-        // The whole strip at once, or of each block its middle row.
-        let (pieces, height) = if step == 1 { (1, count) } else { (count, 1) };
-        let regions: Vec<vk::BufferImageCopy> = (0..pieces)
-            .map(|piece| {
-                let y = (first + piece) * step + step / 2;
-                vk::BufferImageCopy::default()
-                    .buffer_offset(u64::from(piece) * u64::from(width) * size_of::<f32>() as u64)
-                    .image_subresource(DEPTH_LAYER)
-                    .image_offset(vk::Offset3D { x: 0, y: y as i32, z: 0 })
-                    .image_extent(vk::Extent3D { width, height, depth: 1 })
-            })
-            .collect();
+        let regions = [vk::BufferImageCopy::default()
+            .image_subresource(DEPTH_LAYER)
+            .image_offset(vk::Offset3D { x: 0, y: first as i32, z: 0 })
+            .image_extent(vk::Extent3D { width: self.image.size[0], height: count, depth: 1 })];
         let visible = [vk::MemoryBarrier2::default()
             .src_stage_mask(vk::PipelineStageFlags2::COPY)
             .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)

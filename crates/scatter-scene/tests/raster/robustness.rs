@@ -1,6 +1,7 @@
 //! Sizes, limits, errors, other processes, and many lives of a device.
 
 use std::process::Command;
+use std::sync::Arc;
 
 use glam::DVec3;
 use scatter_core::{MapProjection, ShadowMapSource};
@@ -9,7 +10,7 @@ use scatter_scene::{RasterDevice, RasterOptions, RasterScene, Scene, SceneCaster
 use super::driver::{assert_valid, device};
 
 /// A square of 2×2 units at y = 0 with a tent over its +x half.
-fn tent() -> SceneCaster {
+fn tent() -> Arc<SceneCaster> {
     let p = DVec3::new;
     let positions = vec![
         p(-1.0, 0.0, -1.0),
@@ -21,7 +22,7 @@ fn tent() -> SceneCaster {
         p(0.0, 0.5, 1.0),
     ];
     let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6]];
-    SceneCaster::new(&Scene { positions, triangles, ..Scene::default() }).unwrap()
+    Arc::new(SceneCaster::new(&Scene { positions, triangles, ..Scene::default() }).unwrap())
 }
 
 /// From above: 3 units over the square.
@@ -35,7 +36,7 @@ fn sizes_from_one_texel_to_the_devices_limit_are_drawn() {
     let test = "sizes_from_one_texel_to_the_devices_limit_are_drawn";
     let Some(device) = device(test) else { return };
     let caster = tent();
-    let raster = RasterScene::new(&device, &caster).unwrap();
+    let raster = RasterScene::new(&device, caster.clone()).unwrap();
     let limit = device.largest_map();
     assert!(limit >= 4096, "Vulkan's own minimum");
     // The last but one comes back in two strips and a bit.
@@ -65,7 +66,7 @@ fn sizes_from_one_texel_to_the_devices_limit_are_drawn() {
 #[test]
 fn row_zero_is_on_top_and_depth_is_linear() {
     let Some(device) = device("row_zero_is_on_top_and_depth_is_linear") else { return };
-    let raster = RasterScene::new(&device, &tent()).unwrap();
+    let raster = RasterScene::new(&device, tent()).unwrap();
     let mut texels = Vec::new();
     // Texels of ½ × ¼ unit; up is −z. The tent covers x ≥ |z| at the height ½ + x.
     raster.shadow_map(&above([5, 10]), &mut texels).unwrap();
@@ -83,7 +84,7 @@ fn row_zero_is_on_top_and_depth_is_linear() {
 fn a_scene_without_triangles_has_empty_maps() {
     let Some(device) = device("a_scene_without_triangles_has_empty_maps") else { return };
     let caster = SceneCaster::new(&Scene::default()).unwrap();
-    let raster = RasterScene::new(&device, &caster).unwrap();
+    let raster = RasterScene::new(&device, Arc::new(caster)).unwrap();
     let mut texels = vec![1.0; 3];
     raster.shadow_map(&above([5, 3]), &mut texels).unwrap();
     assert_eq!(texels, [f32::INFINITY; 15]);
@@ -94,7 +95,7 @@ fn a_scene_without_triangles_has_empty_maps() {
 #[test]
 fn a_map_beyond_the_limits_is_an_error_with_its_cure() {
     let Some(device) = device("a_map_beyond_the_limits_is_an_error_with_its_cure") else { return };
-    let raster = RasterScene::new(&device, &tent()).unwrap();
+    let raster = RasterScene::new(&device, tent()).unwrap();
     let mut texels = Vec::new();
     for size in [[65536, 65536], [device.largest_map() + 1, 1]] {
         let error = raster.shadow_map(&above(size), &mut texels).unwrap_err().to_string();
@@ -195,7 +196,7 @@ fn child_prints_its_error() {
 fn child_draws() {
     if is_child() {
         let device = RasterDevice::open(&RasterOptions::default()).unwrap();
-        let raster = RasterScene::new(&device, &tent()).unwrap();
+        let raster = RasterScene::new(&device, tent()).unwrap();
         let mut texels = Vec::new();
         for _ in 0..20 {
             raster.shadow_map(&above([700, 500]), &mut texels).unwrap();
@@ -212,7 +213,7 @@ fn child_lives_a_hundred_times() {
     let caster = tent();
     let live = || {
         let device = RasterDevice::open(&RasterOptions::default()).unwrap();
-        let raster = RasterScene::new(&device, &caster).unwrap();
+        let raster = RasterScene::new(&device, caster.clone()).unwrap();
         let mut texels = Vec::new();
         raster.shadow_map(&above([256, 256]), &mut texels).unwrap();
     };
