@@ -235,8 +235,10 @@ impl<'a> Answerer<'a> {
         }
         let starts = if texture.is_some() { buffers.tinted.starts() } else { buffers.row.starts() };
         buffers.index.fill(starts, reach);
+        let mut near = 0;
         for (run, &gamma) in asks.runs.iter_mut().zip(&asks.gammas[..asks.count]) {
-            *run = buffers.index.find(starts, gamma);
+            near = buffers.index.find(starts, gamma, near);
+            *run = near;
         }
         buffers.counts.slices += 1;
         buffers.counts.queries += asks.count as u64;
@@ -423,8 +425,12 @@ impl<'a> Answerer<'a> {
         let first_view = tables.first_view as f32;
         let columns = &asks.columns[range.clone()];
         let answers = asks.shares[channel][range].iter_mut().zip(columns);
+        let (mut view, mut view_column) = ([0.0; N], u32::MAX);
         for ((share, &column), (sum, end)) in answers.zip(sums.iter().zip(&*ends)) {
-            let view = weights.at((buffers.views[column as usize] - first_view).max(0.0));
+            if column != view_column {
+                view = weights.at((buffers.views[column as usize] - first_view).max(0.0));
+                view_column = column;
+            }
             let (mut lit, mut whole) = (0.0f32, 0.0f32);
             for term in 0..N {
                 lit += view[term] * sum[term];

@@ -49,24 +49,29 @@ pub enum Around {
     Ring,
 }
 
+/// Image diagonal \[pixels\] that the presets are tuned at: 1280×960. What a scene shows is as fine as the image as a
+/// whole, so smaller images need slices that are closer together in pixels.
+const TUNED_DIAGONAL: f64 = 1600.0;
+
 impl Default for Options {
     fn default() -> Self {
-        Self::for_quality(Quality::default())
+        Self::for_quality(Quality::default(), [1280, 960])
     }
 }
 
 impl Options {
-    /// The preset of a level.
-    pub fn for_quality(level: Quality) -> Self {
-        let (spacing, halvings, factor_error) = match level {
-            Quality::Preview => (4.0, 3, 1e-2),
-            Quality::Game => (4.0, 4, 3e-3),
-            Quality::Film => (2.0, 4, 1e-3),
+    /// The preset of a level for images of a size: spacing, tolerance and halvings were chosen on the built-in shots and
+    /// on real scenes (README), at 640×480 with 2048² maps and at 1280×960 with 4096² maps.
+    pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
+        let (spacing, tolerance, halvings, factor_error) = match level {
+            Quality::Preview => (4.0, 0.2, 2, 2e-2),
+            Quality::Game => (1.0, 0.05, 2, 6e-3),
+            Quality::Film => (0.5, 0.01, 3, 2e-3),
         };
-        let tolerance = level.error() as f32;
+        let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
         Self {
-            spacing,
-            refinement: Refinement { tolerance, floor: 0.01, halvings },
+            spacing: spacing * (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0),
+            refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
             rank: None,
             factor_error,
             factorisation: Factorisation::Chebyshev,
@@ -76,6 +81,31 @@ impl Options {
             around: Around::Bands,
             resampling: Resampling::Pixels,
         }
+    }
+
+    /// Options for an error of at most `error` (in (0, 1)) times each pixel's unoccluded radiance.
+    ///
+    /// Along a slice that is derived: rows are exact, and the factorisation keeps half of `error` (for a lamp as
+    /// measured, where its phase function allows). Between slices it is checked: where two neighbours differ by more
+    /// than the other half, and still do half a pixel's 64th apart, the pixel is walked ray by ray. What is thinner
+    /// than half a pixel and lies between two slices that agree is not seen.
+    pub fn for_error(error: f64, size: [u32; 2]) -> Result<Self, OptionError> {
+        if !(error > 0.0 && error < 1.0) {
+            return Err(OptionError::BadValue {
+                technique: ID,
+                key: "error",
+                value: error.to_string(),
+                range: "a number in (0, 1)",
+            });
+        }
+        let fine = Self::for_quality(Quality::Film, size);
+        let refinement = Refinement {
+            tolerance: 0.5 * error as f32,
+            floor: 1.0,
+            halvings: MOST_HALVINGS,
+            walks_rest: true,
+        };
+        Ok(Self { refinement, factor_error: 0.5 * error, ..fine })
     }
 
     /// Sets one option from text.
@@ -267,11 +297,11 @@ impl Technique for EpipolarTechnique {
         &self,
         target: Target,
         overrides: &[(&str, &str)],
-        _facts: &SceneFacts,
+        facts: &SceneFacts,
     ) -> Result<Box<dyn VolumetricShadow>, OptionError> {
         let mut options = match target {
-            Target::Quality(level) => Options::for_quality(level),
-            Target::Error(_) => Options::for_quality(Quality::Film),
+            Target::Quality(level) => Options::for_quality(level, facts.size),
+            Target::Error(error) => Options::for_error(error, facts.size)?,
         };
         for (key, value) in overrides {
             options.set(key, value)?;
@@ -280,9 +310,21 @@ impl Technique for EpipolarTechnique {
     }
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
-        [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125]
-            .iter()
-            .map(|s: &f64| vec![("spacing", s.to_string())])
-            .collect()
+        // Spacing and tolerance fall together.
+        [
+            (8.0, 0.4),
+            (4.0, 0.2),
+            (2.0, 0.1),
+            (1.0, 0.05),
+            (1.0, 0.02),
+            (0.5, 0.02),
+            (0.5, 0.01),
+            (0.25, 0.005),
+        ]
+        .iter()
+        .map(|(spacing, tolerance): &(f64, f64)| {
+            vec![("spacing", spacing.to_string()), ("tolerance", tolerance.to_string())]
+        })
+        .collect()
     }
 }

@@ -49,6 +49,8 @@ pub struct Refinement {
     pub floor: f32,
     /// How often a gap may be halved.
     pub halvings: u32,
+    /// Whether pixels that are still in doubt then are walked through the map, ray by ray.
+    pub walks_rest: bool,
 }
 
 /// A pixel between two slices.
@@ -247,18 +249,21 @@ impl SlicePass<'_> {
     /// Writes a pixel's share, or lists it to be answered by a slice nearer to it.
     #[inline(always)]
     fn finish_pixel(&self, pixel: &GapPixel, level: u32, split: &mut Vec<GapPixel>) {
-        let Refinement { tolerance, floor, halvings } = self.refinement;
+        let Refinement { tolerance, floor, halvings, walks_rest } = self.refinement;
         let channels = self.answerer.channels;
-        if level < halvings {
+        if level < halvings || walks_rest {
             // What a shadow's edge somewhere in the gap would change: most in its middle, nothing at a slice.
             let doubt = 2.0 * pixel.part * (1.0 - pixel.part);
             let differs = (0..channels).any(|channel| {
                 let (a, b) = (pixel.before[channel], pixel.behind[channel]);
                 (b - a).abs() * doubt > tolerance * (0.5 * (a + b)).max(floor)
             });
-            if differs {
+            if differs && level < halvings {
                 split.push(*pixel);
                 return;
+            }
+            if differs && walks_rest {
+                return; // The slot stays empty.
             }
         }
         for channel in 0..channels {

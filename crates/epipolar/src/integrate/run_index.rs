@@ -42,10 +42,14 @@ impl RunIndex {
         ((gamma * self.per_gamma) as usize).min(BUCKETS)
     }
 
-    /// The run that holds γ.
+    /// The run that holds γ; `near` is one where it may well be, such as that of a neighbouring pixel.
     #[inline(always)]
-    pub fn find(&self, starts: &[f32], gamma: f32) -> u32 {
-        let mut run = self.first[self.bucket(gamma)] as usize;
+    pub fn find(&self, starts: &[f32], gamma: f32, near: u32) -> u32 {
+        let mut run = near as usize;
+        if starts[run] <= gamma && gamma < starts[run + 1] {
+            return near;
+        }
+        run = self.first[self.bucket(gamma)] as usize;
         while starts[run + 1] <= gamma {
             run += 1;
         }
