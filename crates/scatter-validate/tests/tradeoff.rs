@@ -43,7 +43,7 @@ impl VolumetricShadow for Faulty {
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
         let stats = self.walk.render(frame, out)?;
-        let sign = if self.frame % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if self.frame.is_multiple_of(2) { 1.0 } else { -1.0 };
         self.frame += 1;
         let (pixels, _) = out.pixels_mut();
         match self.fault {
