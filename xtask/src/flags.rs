@@ -20,6 +20,8 @@ pub struct Cli {
 pub enum Command {
     /// Every technique on every built-in shot, against shadow-map truth and ray-cast truth; exit 1 if one is out of tolerance
     Validate(Validate),
+    /// Each technique's settings: time against error, and the time to each quality level beside the marcher's
+    Tradeoff(Tradeoff),
     /// One shot, one technique, one image
     Render(Render),
     /// The error figures of two images: the first is the reference
@@ -86,6 +88,38 @@ pub struct Validate {
     /// Prove that the checks can fail: every deliberately wrong variant must be rejected; exit 1 if one survives
     #[arg(long, conflicts_with_all = ["shots", "report", "set", "size", "shadow_map", "vulkan_device"])]
     pub mutants: bool,
+}
+
+/// `tradeoff`.
+#[derive(Debug, Clone, Args)]
+#[command(mut_arg("repeat", |arg| arg.default_value("3")))]
+#[command(mut_arg("quality", |arg| arg.help("Level of --scaling and --motion: preview, game or film")))]
+#[command(mut_arg("quick", |arg| arg.help("Small images: the whole command within three minutes on two cores")))]
+pub struct Tradeoff {
+    /// Shot file, mesh, or name of a built-in shot; repeatable [default: all built-in shots]
+    #[arg(long = "shot", value_name = "FILE|NAME")]
+    pub shots: Vec<String>,
+    #[command(flatten)]
+    pub rendering: Rendering,
+    /// Instead: time over the resolution of image and map, at five sizes, and its log-log slope, at --quality
+    #[arg(long, conflicts_with_all = ["motion", "markdown"])]
+    pub scaling: bool,
+    /// Instead: how much each technique's error flickers while camera and light move, at --quality; the shadow map's own
+    /// too with --method truth-shadow-map
+    #[arg(long, conflicts_with_all = ["markdown", "plot"])]
+    pub motion: bool,
+    /// Print the times to each level as a Markdown table, and nothing else
+    #[arg(long, conflicts_with = "json")]
+    pub markdown: bool,
+    /// Write the plots of the shots as one SVG file
+    #[arg(long, value_name = "F.svg")]
+    pub plot: Option<PathBuf>,
+    /// A shot to plot, by its name; repeatable [default: all]
+    #[arg(long = "plot-shot", value_name = "NAME", requires = "plot")]
+    pub plot_shots: Vec<String>,
+    /// Write a self-contained HTML page with plots and tables into this folder
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
 }
 
 /// `render`.

@@ -69,6 +69,7 @@ enum Verdict {
 fn dispatch(command: Command) -> anyhow::Result<Verdict> {
     match command {
         Command::Validate(flags) => commands::validate::run(&flags),
+        Command::Tradeoff(flags) => commands::tradeoff::run(&flags),
         Command::Render(flags) => commands::render::run(&flags),
         Command::Compare(flags) => commands::compare::run(&flags),
         Command::Methods(flags) => commands::methods::run(&flags),

@@ -9,7 +9,8 @@ use crate::epipole::Epipole;
 use crate::integrand::{BandTables, Integrand};
 use crate::integrate::{Integrator, IntegratorScratch, Problem, Queries, RunIndex, Terms, integrate};
 use crate::map_line::{ColumnOrder, MapLine, turn};
-use crate::row::Row;
+use crate::row::{Cells, Row, Seen};
+use crate::shares::EMPTY;
 use crate::simd_level::Level;
 use crate::slice_plane::SlicePlane;
 use crate::slices::{Major, Slice};
@@ -26,6 +27,9 @@ pub struct Answerer<'a> {
     integrand: &'a Integrand,
     integrator: Integrator,
     split_over: f32,
+    cells: Cells,
+    /// Sine of the angle to the light below which pixels are left to be walked; 0 leaves none.
+    ring: f32,
     level: Level,
     /// Channels whose shares differ, 1 or 3.
     pub channels: usize,
@@ -41,6 +45,10 @@ pub struct Manner {
     pub integrator: Integrator,
     /// Columns that a texel may hide before it is cut exactly.
     pub split_over: f32,
+    /// Where the cells of rows lie.
+    pub cells: Cells,
+    /// Sine of the angle to the light below which pixels are walked, ray by ray; 0 for none.
+    pub ring: f32,
     /// With which instructions.
     pub level: Level,
 }
@@ -107,11 +115,6 @@ impl Asks {
         self.columns[self.count] = column;
         self.ends[self.count] = end;
         self.count += 1;
-    }
-
-    /// Number of pixels.
-    pub fn len(&self) -> usize {
-        self.count
     }
 
     /// The answers, per channel.
@@ -190,6 +193,8 @@ impl<'a> Answerer<'a> {
             integrand,
             integrator: manner.integrator,
             split_over: manner.split_over,
+            cells: manner.cells,
+            ring: manner.ring,
             level: manner.level,
             channels,
             lamp,
@@ -239,6 +244,13 @@ impl<'a> Answerer<'a> {
         for channel in 0..self.channels {
             self.sum_channel(channel, order, asks, buffers);
         }
+        if self.ring > 0.0 {
+            for ask in 0..asks.count {
+                if buffers.sines[asks.columns[ask] as usize] < self.ring {
+                    asks.shares.iter_mut().for_each(|shares| shares[ask] = EMPTY);
+                }
+            }
+        }
     }
 
     /// The factors' coordinate of each view ray: 1/sin β for a sun, β for a lamp.
@@ -265,7 +277,9 @@ impl<'a> Answerer<'a> {
         let last = order.count() as u32 - 1;
         let distance = self.lamp.map(|distance| distance as f32);
         let places = asks.ranks[..count].iter_mut().zip(&mut asks.gammas[..count]);
-        for ((rank, gamma), (&column, &end)) in places.zip(asks.columns[..count].iter().zip(&asks.ends[..count])) {
+        for ((rank, gamma), (&column, &end)) in
+            places.zip(asks.columns[..count].iter().zip(&asks.ends[..count]))
+        {
             *rank = if order.ascending { column } else { last - column };
             let (sine, cosine) = (sines[column as usize], cosines[column as usize]);
             *gamma = match distance {
@@ -282,13 +296,14 @@ impl<'a> Answerer<'a> {
     fn rectify(&self, plane: &SlicePlane, order: ColumnOrder, reach: f32, buffers: &mut SliceBuffers) {
         let columns = order.count() as u32;
         let behind = if self.epipole.outward { columns } else { 0 };
+        let seen = Seen { cells: self.cells, columns, behind, split_over: self.split_over };
         let reach = f64::from(reach);
         let row = &mut buffers.row;
         row.clear(0);
         row.push(0.0, columns);
         let mut append = |line: MapLine, layer: &ShadowLayer<'_>| {
             buffers.counts.texels += u64::from(line.columns);
-            row.append(self.level, &line, layer.texels(), columns, behind, self.split_over);
+            row.append(self.level, &line, layer.texels(), seen);
             // Outside of the map nothing is shadowed.
             row.push(line.gamma.at(line.length), columns);
         };
@@ -305,7 +320,8 @@ impl<'a> Answerer<'a> {
                 });
                 // In the order of γ; `None` first.
                 faces.sort_unstable_by(|a, b| {
-                    let start = |face: &Option<(f32, usize, MapLine)>| face.as_ref().map_or(-1.0, |face| face.0);
+                    let start =
+                        |face: &Option<(f32, usize, MapLine)>| face.as_ref().map_or(-1.0, |face| face.0);
                     start(a).total_cmp(&start(b))
                 });
                 for (_, face, line) in faces.into_iter().flatten() {

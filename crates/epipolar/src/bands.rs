@@ -10,7 +10,6 @@ use glam::DVec2;
 use scatter_core::Camera;
 
 use crate::epipole::Epipole;
-use crate::slice_plane::STEEPEST;
 use crate::slices::SliceSet;
 
 /// Bands `[lowest·ratioʲ, lowest·ratioʲ⁺¹]` of 1/sin β.
@@ -27,15 +26,17 @@ pub struct Bands {
 }
 
 impl Bands {
-    /// Bands that cover all view rays of an image, none wider than the ratio `widest` > 1.
-    pub fn cover(camera: &Camera, epipole: &Epipole, slices: &SliceSet, widest: f64) -> Self {
+    /// Bands that cover all view rays of an image, none wider than the ratio `widest` > 1, none beyond
+    /// 1/sin β = `steepest`.
+    pub fn cover(camera: &Camera, epipole: &Epipole, slices: &SliceSet, widest: f64, steepest: f64) -> Self {
         let [width, height] = camera.size().map(f64::from);
         let (mut lowest, mut highest) = (f64::INFINITY, 1.0f64);
         let mut angles = [std::f64::consts::PI, 0.0f64];
         let mut visit = |p: DVec2| {
             let direction = camera.ray(p.x, p.y).direction;
-            let (sine, cosine) = (direction.cross(epipole.to_light).length(), direction.dot(epipole.to_light));
-            let cosecant = 1.0 / sine.max(1.0 / STEEPEST);
+            let (sine, cosine) =
+                (direction.cross(epipole.to_light).length(), direction.dot(epipole.to_light));
+            let cosecant = 1.0 / sine.max(1.0 / steepest);
             let angle = sine.atan2(cosine);
             angles = [angles[0].min(angle), angles[1].max(angle)];
             lowest = lowest.min(cosecant);

@@ -200,7 +200,7 @@ impl Integrand {
         let (towards, across) = (-axis.dot(plane.to_light) as f32, axis.dot(plane.across) as f32);
         let (outer, slope) = (spot.cos_outer() as f32, spot.cone_slope() as f32);
         cone.extend(self.turns.iter().map(|[cos, sin]| {
-            let factor = ((towards * cos + across * sin - outer) * slope).max(0.0).min(1.0);
+            let factor = ((towards * cos + across * sin - outer) * slope).clamp(0.0, 1.0);
             factor * factor
         }));
     }
@@ -285,12 +285,14 @@ impl LampChannel {
                 let direction = direction_of_turn(turn);
                 direction.y.atan2(direction.x)
             };
-            let mut values = [0.0; 8];
             let mut from = 0.0;
             for interval in 0..TURNS {
-                let to = if interval + 1 == TURNS { PI } else { angle((interval + 1) as f64 * (2.0 / TURNS as f64)) };
-                factors.gamma_at((0.5 * (from + to)) as f32, &mut values);
-                pieces.extend(values[..lanes].iter().map(|value| value * (to - from) as f32));
+                let to = if interval + 1 == TURNS {
+                    PI
+                } else {
+                    angle((interval + 1) as f64 * (2.0 / TURNS as f64))
+                };
+                pieces.extend(&factors.integral(from, to)[..lanes]);
                 from = to;
             }
         }

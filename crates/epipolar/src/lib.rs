@@ -7,18 +7,17 @@ mod slices;
 
 mod map_line;
 mod row;
-mod tint;
 mod simd_level;
+mod tint;
 
 mod bands;
-mod integrand;
 mod factor;
+mod integrand;
 
 mod integrate;
 
-
-mod resolve;
 mod answer;
+mod resolve;
 mod shares;
 mod slice_pass;
 
@@ -27,12 +26,14 @@ mod technique;
 
 pub use bands::Bands;
 pub use epipole::Epipole;
-pub use factor::{Factorisation, Factors};
+pub use factor::{Factorisation, Factors, LampBands, LampFactors, LampMedium, MAX_RANK};
 pub use fan_pixels::FanPixels;
-pub use integrate::*;
-pub use map_line::*;
-pub use options::{EpipolarTechnique, Options, TECHNIQUE};
-pub use row::Row;
-pub use slice_plane::SlicePlane;
+pub use integrate::{Integrator, IntegratorScratch, Problem, Queries, RunIndex, Terms, integrate};
+pub use map_line::{ColumnOrder, Gamma, MapLine, direction_of_turn, turn};
+pub use options::{Around, EpipolarTechnique, Options, TECHNIQUE};
+pub use row::{Cells, Row, Seen};
+pub use simd_level::{Level, chosen as chosen_level};
+pub use slice_pass::{MOST_HALVINGS, Refinement, Resampling};
+pub use slice_plane::{STEEPEST, SlicePlane};
 pub use slices::{Fan, Major, Slice, SliceSet};
 pub use technique::{Epipolar, ID};

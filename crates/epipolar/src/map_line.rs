@@ -123,15 +123,15 @@ impl MapLine {
         let along_light = projection.ray(eye, DVec3::ZERO, -plane.to_light).step.z;
         let size = projection.size().map(f64::from);
         let (mut from, mut to) = (0.0f64, reach);
-        for axis in 0..2 {
+        for (axis, &count) in size.iter().enumerate() {
             let (start, step) = (ray.start[axis], ray.step[axis]);
             if step == 0.0 {
-                if !(start >= 0.0 && start < size[axis]) {
+                if !(start >= 0.0 && start < count) {
                     return None;
                 }
                 continue;
             }
-            let (a, b) = (-start / step, (size[axis] - start) / step);
+            let (a, b) = (-start / step, (count - start) / step);
             from = from.max(a.min(b));
             to = to.min(a.max(b));
         }
@@ -193,14 +193,14 @@ impl MapLine {
         let base = middle - normal * ((normal.dot(middle) + line.z) / normal.length_squared());
         let step = heading / speed;
         let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
-        for axis in 0..2 {
+        for (axis, &count) in size.as_ref().iter().enumerate() {
             if step[axis] == 0.0 {
-                if !(base[axis] >= 0.0 && base[axis] < size[axis]) {
+                if !(base[axis] >= 0.0 && base[axis] < count) {
                     return None;
                 }
                 continue;
             }
-            let (one, other) = (-base[axis] / step[axis], (size[axis] - base[axis]) / step[axis]);
+            let (one, other) = (-base[axis] / step[axis], (count - base[axis]) / step[axis]);
             from = from.max(one.min(other));
             to = to.min(one.max(other));
         }
@@ -237,14 +237,15 @@ impl MapLine {
         }
         let [numerator, depth] = order.lit_rows(plane.column_from_plane());
         // A point at depth z of the map: across q·z, to the light L − p·z.
-        let factors = |row: DVec2| {
-            [row.y * distance, 0.0, row.x * q[0] - row.y * p[0], row.x * q[1] - row.y * p[1]]
-        };
+        let factors =
+            |row: DVec2| [row.y * distance, 0.0, row.x * q[0] - row.y * p[0], row.x * q[1] - row.y * p[1]];
         let start = base + step * from;
-        Self::walk_from(projection.size(), major, start.to_array(), step.to_array(), to - from).map(|line| Self {
-            gamma: Gamma::Turn([p, q].map(|part| part.map(|f| f as f32))),
-            lit_columns: [factors(numerator), factors(depth)].map(|row| row.map(|f| f as f32)),
-            ..line
+        Self::walk_from(projection.size(), major, start.to_array(), step.to_array(), to - from).map(|line| {
+            Self {
+                gamma: Gamma::Turn([p, q].map(|part| part.map(|f| f as f32))),
+                lit_columns: [factors(numerator), factors(depth)].map(|row| row.map(|f| f as f32)),
+                ..line
+            }
         })
     }
 

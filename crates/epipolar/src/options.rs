@@ -9,7 +9,8 @@ use scatter_core::{
 
 use crate::factor::Factorisation;
 use crate::integrate::Integrator;
-use crate::slice_pass::{MOST_HALVINGS, Refinement};
+use crate::row::Cells;
+use crate::slice_pass::{MOST_HALVINGS, Refinement, Resampling};
 use crate::technique::{Epipolar, ID};
 
 /// Options of [`Epipolar`].
@@ -30,6 +31,22 @@ pub struct Options {
     pub split_over: f32,
     /// How lit runs are summed.
     pub integrator: Integrator,
+    /// Where the cells of rectified rows lie.
+    pub cells: Cells,
+    /// What is done around the epipole.
+    pub around: Around,
+    /// How pixels get a slice's answers.
+    pub resampling: Resampling,
+}
+
+/// What is done around the epipole, where view rays and light rays are nearly parallel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Around {
+    /// More bands of factors, of equal ratios of 1/sin β.
+    #[default]
+    Bands,
+    /// The paper's: pixels within two degrees are walked through the map, ray by ray.
+    Ring,
 }
 
 impl Default for Options {
@@ -55,6 +72,9 @@ impl Options {
             factorisation: Factorisation::Chebyshev,
             split_over: 0.0,
             integrator: Integrator::Sweep,
+            cells: Cells::Exact,
+            around: Around::Bands,
+            resampling: Resampling::Pixels,
         }
     }
 
@@ -66,16 +86,16 @@ impl Options {
                 self.refinement.tolerance = INFO.parse("tolerance", value, |t| (0.0..=1.0).contains(t))?;
             }
             "halvings" => {
-                self.refinement.halvings = INFO.parse("halvings", value, |h| (0..=MOST_HALVINGS).contains(h))?;
+                self.refinement.halvings =
+                    INFO.parse("halvings", value, |h| (0..=MOST_HALVINGS).contains(h))?;
             }
             "split" => self.split_over = INFO.parse("split", value, |s| (0.0..=16.0).contains(s))?,
             "rank" => self.rank = INFO.parse::<Rank>("rank", value, |_| true)?.0,
-            "factorisation" => {
-                self.factorisation = INFO.parse::<Named<Factorisation>>("factorisation", value, |_| true)?.0
-            }
-            "integrator" => {
-                self.integrator = INFO.parse::<Named<Integrator>>("integrator", value, |_| true)?.0
-            }
+            "factorisation" => self.factorisation = choice("factorisation", value)?,
+            "integrator" => self.integrator = choice("integrator", value)?,
+            "cells" => self.cells = choice("cells", value)?,
+            "around" => self.around = choice("around", value)?,
+            "resampling" => self.resampling = choice("resampling", value)?,
             _ => {
                 INFO.option(key)?;
             }
@@ -100,6 +120,10 @@ impl FromStr for Rank {
     }
 }
 
+fn choice<T: Choices>(key: &str, value: &str) -> Result<T, OptionError> {
+    INFO.parse::<Named<T>>(key, value, |_| true).map(|named| named.0)
+}
+
 /// A choice with a name for each of its values.
 struct Named<T>(T);
 
@@ -115,6 +139,20 @@ impl Choices for Factorisation {
 impl Choices for Integrator {
     const NAMES: &'static [(&'static str, Self)] =
         &[("sweep", Self::Sweep), ("tree", Self::Tree), ("cursor", Self::Cursor), ("direct", Self::Direct)];
+}
+
+impl Choices for Cells {
+    const NAMES: &'static [(&'static str, Self)] =
+        &[("exact", Self::Exact), ("uniform", Self::Uniform), ("modes", Self::Modes), ("box", Self::Box)];
+}
+
+impl Choices for Around {
+    const NAMES: &'static [(&'static str, Self)] = &[("bands", Self::Bands), ("ring", Self::Ring)];
+}
+
+impl Choices for Resampling {
+    const NAMES: &'static [(&'static str, Self)] =
+        &[("pixels", Self::Pixels), ("rectified", Self::Rectified)];
 }
 
 impl<T: Choices> FromStr for Named<T> {
@@ -135,7 +173,7 @@ static INFO: TechniqueInfo = TechniqueInfo {
     id: ID,
     summary: "visibility summed along epipolar slices, shared by all view rays of a slice",
     paper: "Baran et al. 2010",
-    lights: &["directional"],
+    lights: &["directional", "point", "spot", "textured"],
     media: &["grey", "rgb", "every sum of phase functions"],
     cameras: &["perspective", "off-centre"],
     cannot: &["orthographic cameras", "cascades"],
@@ -188,6 +226,27 @@ static INFO: TechniqueInfo = TechniqueInfo {
             unit: "",
             range: "sweep, tree, cursor or direct",
             default: || Named(Options::default().integrator).to_string(),
+        },
+        OptionInfo {
+            key: "cells",
+            summary: "where the cells of rectified rows lie, and how many depths each knows",
+            unit: "",
+            range: "exact, uniform, modes or box",
+            default: || Named(Options::default().cells).to_string(),
+        },
+        OptionInfo {
+            key: "around",
+            summary: "what is done around the epipole",
+            unit: "",
+            range: "bands or ring",
+            default: || Named(Options::default().around).to_string(),
+        },
+        OptionInfo {
+            key: "resampling",
+            summary: "whether every pixel asks with its own depth, or rectified results are resampled",
+            unit: "",
+            range: "pixels or rectified",
+            default: || Named(Options::default().resampling).to_string(),
         },
     ],
 };

@@ -75,9 +75,9 @@ impl<'a> Resolve<'a> {
                 inscattered[x + lane as usize] = exact.as_vec3().to_array();
                 walked += 1;
             }
-            for channel in 0..3 {
+            for (channel, &sigma) in self.sigma_t.iter().enumerate() {
                 for lane in 0..lanes {
-                    transmittance[x + lane][channel] = transmittance_of(self.sigma_t[channel], ends[lane]);
+                    transmittance[x + lane][channel] = transmittance_of(sigma, ends[lane]);
                 }
             }
         }
@@ -155,14 +155,14 @@ impl<'a> SunLight<'a> {
     fn radiance(&self, x: u32, y: u32, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
         let mut radiance = self.source(x, y);
         let mut lengths = [0.0f32; LANES];
-        for channel in 0..3 {
+        for (channel, values) in radiance.iter_mut().enumerate() {
             if channel == 0 || !self.grey {
                 for lane in 0..LANES {
                     lengths[lane] = lit_length(self.sigma_t[channel], ends[lane]);
                 }
             }
             for lane in 0..LANES {
-                radiance[channel][lane] *= lengths[lane];
+                values[lane] *= lengths[lane];
             }
         }
         radiance
@@ -220,5 +220,11 @@ fn lit_length(sigma: f32, end: f32) -> f32 {
     let long = (1.0 - exp_f32(-x)) / sigma;
     // σ = 0 and d = ∞ scatters nothing, and must not become NaN.
     let short = end.min(f32::MAX) * series;
-    if x >= 0.5 { long } else if sigma == 0.0 { end.min(f32::MAX) } else { short }
+    if x >= 0.5 {
+        long
+    } else if sigma == 0.0 {
+        end.min(f32::MAX)
+    } else {
+        short
+    }
 }

@@ -8,6 +8,21 @@
 use crate::map_line::MapLine;
 use crate::simd_level::{Level, at_level};
 
+/// Where the cells of a row lie, and how many depths each of them knows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Cells {
+    /// Cells end where the line crosses from texel to texel: the map's visibility, exactly.
+    #[default]
+    Exact,
+    /// A cell a texel column, with the depth in its middle: Riemann sums, as the paper's without prefiltering.
+    Uniform,
+    /// A cell a texel column, four depths in it, grouped into modes with fractional weights (Baran et al. 2010,
+    /// Section 7).
+    Modes,
+    /// Four depths a texel column, each with a quarter of it: the box filter that the modes stand for.
+    Box,
+}
+
 /// Cells that are rectified side by side.
 const LANES: usize = 16;
 
@@ -79,13 +94,18 @@ impl Row {
         4 * (self.starts.capacity() + self.lit.capacity())
     }
 
-    /// Appends the texels of a line; `behind` columns see what ends behind the camera.
-    pub fn append(&mut self, level: Level, line: &MapLine, texels: &[f32], columns: u32, behind: u32, split_over: f32) {
-        at_level!(level, self.append_cells(line, texels, columns as f32, behind as f32, split_over));
+    /// Appends the texels of a line.
+    pub fn append(&mut self, level: Level, line: &MapLine, texels: &[f32], seen: Seen) {
+        match seen.cells {
+            Cells::Exact => at_level!(level, self.append_cells(line, texels, seen)),
+            Cells::Uniform => self.append_samples::<1>(line, texels, seen),
+            Cells::Box | Cells::Modes => self.append_samples::<4>(line, texels, seen),
+        }
     }
 
     #[inline(always)]
-    fn append_cells(&mut self, line: &MapLine, texels: &[f32], columns: f32, behind: f32, split_over: f32) {
+    fn append_cells(&mut self, line: &MapLine, texels: &[f32], seen: Seen) {
+        let split_over = seen.split_over;
         let mut borders = [[0.0f32; LANES]; 3];
         let mut places = [[0i32; LANES]; 2];
         let mut depths = [[0.0f32; LANES]; 2];
@@ -95,7 +115,7 @@ impl Row {
         let [minor, slope] = line.minor;
         let per_slope = if slope == 0.0 { 0.0 } else { 1.0 / slope };
         let [major_stride, minor_stride] = line.strides;
-        let surface = Surface { line, columns, behind };
+        let surface = Surface::new(line, seen);
         for base in (0..line.columns).step_by(LANES) {
             for lane in 0..LANES {
                 let column = (base as i32 + lane as i32) as f32;
@@ -158,6 +178,48 @@ impl Row {
         }
     }
 
+    /// Appends a cell a texel column with N depths.
+    fn append_samples<const N: usize>(&mut self, line: &MapLine, texels: &[f32], seen: Seen) {
+        /// Depths that differ by less than this share of a depth are one mode: a surface, not an edge.
+        const ONE_MODE: f32 = 0.01;
+        let surface = Surface::new(line, seen);
+        let [minor, slope] = line.minor;
+        for column in 0..line.columns as i32 {
+            let from = (column as f32 - line.consumed).max(0.0).min(line.length);
+            let to = (column as f32 + 1.0 - line.consumed).min(line.length);
+            let major = (line.first + line.advance * column) as usize * line.strides[0];
+            let place = |sample: f32| from + (to - from) * (sample / N as f32);
+            // Depth and weight of each mode.
+            let mut modes = [(0.0f32, 0.0f32); N];
+            let mut count = 0;
+            for sample in 0..N {
+                let at = minor + slope * place(sample as f32 + 0.5);
+                let texel = at.floor().max(0.0).min(line.last_minor) as usize;
+                let depth = texels[major + texel * line.strides[1]].min(FARTHEST);
+                let near = |mode: &&mut (f32, f32)| (mode.0 - depth).abs() <= ONE_MODE * depth;
+                let known = modes[..count].iter_mut().find(near).filter(|_| seen.cells == Cells::Modes);
+                match known {
+                    Some(mode) => {
+                        mode.1 += 1.0;
+                        mode.0 += (depth - mode.0) / mode.1;
+                    }
+                    None => {
+                        modes[count] = (depth, 1.0);
+                        count += 1;
+                    }
+                }
+            }
+            let mut done = 0.0;
+            for &(depth, weight) in &modes[..count] {
+                let (start, end) = (place(done), place(done + weight));
+                // A mode stands for all of its cell, a sample for its own part.
+                let middle = if seen.cells == Cells::Modes { 0.5 * (from + to) } else { 0.5 * (start + end) };
+                self.push(line.gamma.at(start), surface.lit_columns([middle; 2], depth)[0] as u32);
+                done += weight;
+            }
+        }
+    }
+
     /// Appends the light rays of one texel behind which the number of lit columns changes from `from` to `to`.
     fn split(&mut self, surface: &Surface<'_>, depth: f32, [from, to]: [u32; 2], [start, end]: [f32; 2]) {
         // Where the map is coarse beside the image near the epipole a texel may change every column; a row keeps to
@@ -166,11 +228,25 @@ impl Row {
         let steps = from.abs_diff(to).min(room);
         let mut at = start;
         for step in 0..steps {
-            let (border, next) = if to > from { (from + step + 1, from + step + 1) } else { (from - step, from - step - 1) };
+            let (border, next) =
+                if to > from { (from + step + 1, from + step + 1) } else { (from - step, from - step - 1) };
             at = surface.crossing(border as f32, depth).max(at).min(end);
             self.push(surface.line.gamma.at(at), next);
         }
     }
+}
+
+/// How a slice's columns see a row.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen {
+    /// Where the cells lie.
+    pub cells: Cells,
+    /// Number of columns.
+    pub columns: u32,
+    /// How many of them see a light ray lit that ends behind the camera: all or none.
+    pub behind: u32,
+    /// Columns that a texel may hide before its light rays are told apart.
+    pub split_over: f32,
 }
 
 /// What a stored depth means along one line.
@@ -180,15 +256,21 @@ struct Surface<'a> {
     behind: f32,
 }
 
-impl Surface<'_> {
+impl<'a> Surface<'a> {
+    fn new(line: &'a MapLine, seen: Seen) -> Self {
+        Self { line, columns: seen.columns as f32, behind: seen.behind as f32 }
+    }
+
     /// Columns that see a surface's light rays from t to t' lit, with the surface at a stored depth.
     #[inline(always)]
     fn lit_columns(&self, ends: [f32; 2], depth: f32) -> [f32; 2] {
         let z = depth.min(FARTHEST) - self.line.depth_base;
         let [n, d] = self.line.lit_columns;
-        let (numerator, denominator) = ([n[0] + z * n[2], n[1] + z * n[3]], [d[0] + z * d[2], d[1] + z * d[3]]);
+        let (numerator, denominator) =
+            ([n[0] + z * n[2], n[1] + z * n[3]], [d[0] + z * d[2], d[1] + z * d[3]]);
         ends.map(|t| {
-            let (numerator, denominator) = (numerator[0] + numerator[1] * t, denominator[0] + denominator[1] * t);
+            let (numerator, denominator) =
+                (numerator[0] + numerator[1] * t, denominator[0] + denominator[1] * t);
             let lit = if denominator > 0.0 { numerator / denominator } else { self.behind };
             lit.max(0.0).min(self.columns)
         })

@@ -13,8 +13,8 @@ pub struct Shares {
     pixels: usize,
 }
 
-/// An empty slot; shares are ≥ 0.
-const EMPTY: f32 = -1.0;
+/// An empty slot, and a pixel that is left to be walked; shares are ≥ 0.
+pub const EMPTY: f32 = -1.0;
 
 impl Shares {
     /// Room for `pixels` pixels with one or three channels; all slots empty.

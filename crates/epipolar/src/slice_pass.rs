@@ -24,7 +24,19 @@ pub struct SlicePass<'a> {
     pub slices: &'a [Slice],
     pub shares: &'a Shares,
     pub refinement: Refinement,
+    pub resampling: Resampling,
     pub level: Level,
+}
+
+/// How pixels get a slice's answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Resampling {
+    /// Every pixel asks with its own depth.
+    #[default]
+    Pixels,
+    /// The paper's: a slice is integrated for one view ray a column, with the depth of the pixel nearest to it, and
+    /// pixels interpolate between the results.
+    Rectified,
 }
 
 /// When a gap gets a slice of its own.
@@ -109,8 +121,14 @@ impl Worker {
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         let pixels = self.gaps.iter().chain(self.levels.iter().flatten()).map(Vec::capacity).sum::<usize>();
-        self.buffers.memory_bytes() + self.asks.memory_bytes() + pixels * size_of::<GapPixel>()
-            + self.lines.iter().map(|line| 4 * (line.minors.capacity() + line.borders.capacity())).sum::<usize>()
+        self.buffers.memory_bytes()
+            + self.asks.memory_bytes()
+            + pixels * size_of::<GapPixel>()
+            + self
+                .lines
+                .iter()
+                .map(|line| 4 * (line.minors.capacity() + line.borders.capacity()))
+                .sum::<usize>()
     }
 }
 
@@ -162,12 +180,20 @@ impl SlicePass<'_> {
                 continue;
             }
             let column = pixels.columns[0] + offset as u32;
+            if self.resampling == Resampling::Rectified {
+                // One view ray a column, as long as the pixel nearest to the slice.
+                let nearest = (own.minors[offset].round() as i32).clamp(start, end - 1);
+                let place = column * strides[0] + nearest as u32 * strides[1];
+                worker.asks.push((offset - from) as u32, self.answerer.end(depth[place as usize]));
+            }
             let (line, gap) = (own.minors[offset], last.minors[offset] - own.minors[offset]);
             for pixel in start..end {
                 let place = column * strides[0] + pixel as u32 * strides[1];
-                worker.asks.push((offset - from) as u32, self.answerer.end(depth[place as usize]));
+                if self.resampling == Resampling::Pixels {
+                    worker.asks.push((offset - from) as u32, self.answerer.end(depth[place as usize]));
+                }
                 if pixel >= middle {
-                    let part = if gap > 0.0 { ((pixel as f32 - line) / gap).max(0.0).min(1.0) } else { 0.5 };
+                    let part = if gap > 0.0 { ((pixel as f32 - line) / gap).clamp(0.0, 1.0) } else { 0.5 };
                     gap_behind.push(GapPixel { column, place, part, before: [0.0; 3], behind: [0.0; 3] });
                 }
             }
@@ -180,6 +206,18 @@ impl SlicePass<'_> {
             let (mut before, mut behind) = (gap_before.iter_mut(), gap_behind.iter_mut());
             for offset in from..to {
                 let (start, middle, end) = (first.borders[offset], own.borders[offset], last.borders[offset]);
+                if self.resampling == Resampling::Rectified && start < end {
+                    let share = shares.next().copied().unwrap_or(1.0);
+                    before
+                        .by_ref()
+                        .take((middle.clamp(start, end) - start) as usize)
+                        .for_each(|pixel| pixel.behind[channel] = share);
+                    behind
+                        .by_ref()
+                        .take((end - middle.clamp(start, end)) as usize)
+                        .for_each(|pixel| pixel.before[channel] = share);
+                    continue;
+                }
                 let counts = [middle.clamp(start, end) - start, end - middle.clamp(start, end)];
                 for (pixel, &share) in before.by_ref().take(counts[0] as usize).zip(shares.by_ref()) {
                     pixel.behind[channel] = share;
@@ -225,6 +263,9 @@ impl SlicePass<'_> {
         }
         for channel in 0..channels {
             let (a, b) = (pixel.before[channel], pixel.behind[channel]);
+            if a.min(b) < 0.0 {
+                continue; // In the ring: the slot stays empty.
+            }
             self.shares.put(pixel.place as usize, channel, a + pixel.part * (b - a));
         }
     }
@@ -254,8 +295,8 @@ impl SlicePass<'_> {
                 let share = worker.asks.shares(channel)[index];
                 if side == 0 { own.behind[channel] = share } else { own.before[channel] = share }
             }
-            own.part = if side == 0 { pixel.part / cut } else { (pixel.part - cut) / (1.0 - cut) };
-            own.part = own.part.max(0.0).min(1.0);
+            let [offset, width] = if side == 0 { [pixel.part, cut] } else { [pixel.part - cut, 1.0 - cut] };
+            own.part = if width > 0.0 { (offset / width).clamp(0.0, 1.0) } else { 0.5 };
             self.finish_pixel(&own, level + 1, &mut halves[side]);
         }
         for (side, half) in halves.iter().enumerate() {
@@ -269,7 +310,10 @@ impl SlicePass<'_> {
 
     fn answer(&self, slice: &Slice, fan: &Fan, columns: [u32; 2], worker: &mut Worker) {
         let way = (fan.major, fan.ascending);
-        at_level!(self.level, self.answerer.answer(slice, way, columns, &mut worker.asks, &mut worker.buffers));
+        at_level!(
+            self.level,
+            self.answerer.answer(slice, way, columns, &mut worker.asks, &mut worker.buffers)
+        );
     }
 }
 

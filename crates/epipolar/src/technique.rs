@@ -10,18 +10,25 @@ use scatter_core::{
 use crate::bands::Bands;
 use crate::epipole::Epipole;
 
+use crate::answer::{Answerer, Manner};
 use crate::fan_pixels::FanPixels;
 use crate::integrand::{Integrand, Precision};
-use crate::options::Options;
-use crate::shares::Shares;
+use crate::options::{Around, Options};
 use crate::resolve::Resolve;
+use crate::shares::Shares;
 use crate::simd_level::{self, Level, at_level};
-use crate::answer::{Answerer, Manner};
 use crate::slice_pass::{SlicePass, Worker};
+use crate::slice_plane::STEEPEST;
 use crate::slices::{Slice, SliceSet};
 
 /// The id of [`Epipolar`].
 pub const ID: &str = "epipolar";
+
+/// Half angle of the ring around the epipole that the paper marches (Section 6: "about two degrees").
+const RING_DEGREES: f64 = 2.0;
+
+/// Largest ratio of 1/sin β within a band. Wider bands need more terms, narrower ones more sweeps around the epipole.
+const WIDEST_BAND: f64 = 2.0;
 
 /// Gaps of a task. More keep threads idle at the end of a frame, fewer integrate more slices twice.
 const TASK: usize = 32;
@@ -97,7 +104,12 @@ impl VolumetricShadow for Epipolar {
             self.fan_pixels[index].find(&epipole, frame.size(), fan, &self.slices.slices);
             self.tasks.extend((0..fan.count - 1).step_by(TASK).map(|first| (index, first)));
         }
-        let bands = Bands::cover(camera, &epipole, &self.slices, 2.0);
+        let ring = match self.options.around {
+            Around::Bands => 0.0,
+            Around::Ring => RING_DEGREES.to_radians().sin(),
+        };
+        let steepest = if ring > 0.0 { 1.0 / ring } else { STEEPEST };
+        let bands = Bands::cover(camera, &epipole, &self.slices, WIDEST_BAND, steepest);
         let longest = frame.depth().texels().iter().fold(0.0f32, |a, &b| a.max(b));
         let longest = f64::from(longest).min(frame.max_distance());
         let precision = Precision {
@@ -122,23 +134,22 @@ impl VolumetricShadow for Epipolar {
         clock.lap(&mut stats, "set-up");
 
         if shadowed {
-            let Options { integrator, split_over, .. } = self.options;
-            let manner = Manner { integrator, split_over, level: self.level };
+            let Options { integrator, split_over, cells, resampling, refinement, .. } = self.options;
+            let manner = Manner { integrator, split_over, cells, ring: ring as f32, level: self.level };
             let pass = SlicePass {
                 frame,
                 answerer: Answerer::new(frame, epipole, &self.integrand, manner, channels),
                 slices: &self.slices.slices,
                 shares: &self.shares,
-                refinement: self.options.refinement,
+                refinement,
+                resampling,
                 level: self.level,
             };
             let fans = &self.slices.fans;
             let next = AtomicUsize::new(0);
             let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
             for_each_worker(&mut self.workers, |scratch| {
-                while let Some(&(fan, first)) =
-                    tasks.get(next.fetch_add(1, Ordering::Relaxed))
-                {
+                while let Some(&(fan, first)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let end = (first + TASK).min(fans[fan].count - 1);
                     pass.run(&fans[fan], &fan_pixels[fan], first..end, scratch);
                 }
@@ -176,11 +187,11 @@ fn worker_count() -> usize {
     1
 }
 
-fn for_each_worker(workers: &mut [Worker], work: impl Fn(&mut Worker) + Sync) {
+fn for_each_worker(workers: &mut [Worker], work: impl Fn(&mut Worker) + Sync + Send) {
     #[cfg(feature = "rayon")]
     {
         use rayon::prelude::*;
-        workers.par_iter_mut().with_max_len(1).for_each(|worker| work(worker));
+        workers.par_iter_mut().with_max_len(1).for_each(work);
     }
     #[cfg(not(feature = "rayon"))]
     workers.iter_mut().for_each(work);

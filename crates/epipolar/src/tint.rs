@@ -85,7 +85,9 @@ impl TintedRow {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        4 * (self.starts.capacity() + self.lit.capacity() + self.tints.iter().map(Vec::capacity).sum::<usize>())
+        4 * (self.starts.capacity()
+            + self.lit.capacity()
+            + self.tints.iter().map(Vec::capacity).sum::<usize>())
             + size_of::<(f32, [f32; 3])>() * self.glass.capacity()
     }
 }

@@ -22,14 +22,19 @@ pub mod measure;
 pub mod baseline;
 pub mod figures;
 pub mod matrix;
+mod options;
 pub mod step_search;
 pub mod survey;
 pub mod tolerance;
 
+mod columns;
 pub mod machine;
 pub mod report;
 pub mod row;
 pub mod table;
+
+pub mod plot;
+pub mod tradeoff;
 
 pub use baseline::Baseline;
 pub use contender::Contender;

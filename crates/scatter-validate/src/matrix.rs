@@ -8,6 +8,7 @@ use raymarch_ref::ShadowMapWalk;
 use crate::baseline::Baseline;
 use crate::figures::{CompareError, Figures, Labelled, compare};
 use crate::measure::{Measurement, Outcome, Renderer, measure};
+use crate::options::{Options, at_level, pairs};
 use crate::row::{Errors, Row, Verdict};
 use crate::staged_shot::{StageError, StagedShot};
 use crate::step_search::reaches;
@@ -92,6 +93,9 @@ pub enum MatrixError {
         /// The assumption that the shot breaks.
         reason: &'static str,
     },
+    /// A pool of one thread that cannot be made.
+    #[error("one thread cannot be started: {0}")]
+    Thread(rayon::ThreadPoolBuildError),
     /// Images that cannot be compared.
     #[error("{shot}: {source}")]
     Compare {
@@ -190,9 +194,8 @@ impl Matrix<'_> {
         options: &[(String, String)],
         shot: &StagedShot,
     ) -> Result<Outcome, MatrixError> {
-        let overrides: Vec<_> = options.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
         let target = Target::Quality(self.settings.quality);
-        let mut renderer = Renderer::configured(technique, target, &overrides, shot)??;
+        let mut renderer = Renderer::configured(technique, target, &pairs(options), shot)??;
         Ok(measure(shot, &mut renderer, self.settings.repeat)?)
     }
 
@@ -202,24 +205,9 @@ impl Matrix<'_> {
         technique: &dyn Technique,
         shot: &StagedShot,
         truth: &Measurement,
-    ) -> Result<Vec<(String, String)>, MatrixError> {
-        let by_hand: Vec<_> = self.overrides_of(technique).collect();
-        let mut options: Vec<_> = by_hand.iter().map(|&(key, value)| (key.into(), value.into())).collect();
-        let baseline = self.baseline.filter(|baseline| baseline.technique.info().id == technique.info().id);
-        if let Some(baseline) =
-            baseline.filter(|baseline| by_hand.iter().all(|(key, _)| *key != baseline.knob))
-        {
-            let [steps] = baseline.cheapest([self.settings.quality], shot, truth, &by_hand)?;
-            options.push((baseline.knob.into(), steps.unwrap_or(baseline.most).to_string()));
-        }
-        Ok(options)
-    }
-
-    /// The options by hand that the technique has.
-    fn overrides_of<'s>(&'s self, technique: &'s dyn Technique) -> impl Iterator<Item = (&'s str, &'s str)> {
-        let known = |key: &str| technique.info().option(key).is_ok();
-        let overrides = self.settings.overrides.iter();
-        overrides.filter(move |(key, _)| known(key)).map(|(key, value)| (key.as_str(), value.as_str()))
+    ) -> Result<Options, MatrixError> {
+        let level = (&self.settings, self.settings.quality);
+        at_level(technique, self.baseline.as_ref(), level, (shot, truth))
     }
 
     fn is_baseline(&self, id: &str) -> bool {

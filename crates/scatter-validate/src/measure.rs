@@ -4,6 +4,7 @@
 //! a pixel, so that nothing is gained by keeping answers. Several lights are several passes that add up.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::time::Instant;
 
 use scatter_core::{
@@ -91,15 +92,23 @@ pub fn measure(shot: &StagedShot, renderer: &mut Renderer<'_>, repeat: u32) -> R
     let mut out = ScatterImage::new();
     let first = run(shot, renderer, 0, &mut out)?;
     let image = RadianceImage { size: out.size(), pixels: out.inscattered().to_vec() };
-    let timed = if repeat > 1 {
-        (1..=repeat).map(|frame| run(shot, renderer, frame, &mut out)).collect::<Result<Vec<_>, _>>()?
-    } else {
-        vec![first.clone()]
-    };
-    let Run { time_ms, .. } = middle(timed);
-    let Run { memory_bytes, counts, modelled, .. } = first;
+    let Run { time_ms, memory_bytes, counts, modelled } = first;
+    let time_ms = if repeat > 1 { timed(shot, renderer, 1..=repeat, &mut out)? } else { time_ms };
     let measurement = Measurement { image, time_ms, memory_bytes, counts, modelled };
     Ok(Outcome::Measured(Box::new(measurement)))
+}
+
+/// Wall-clock `total` and each stage \[ms\] of the run in the middle, over the frames with these numbers (frame n is
+/// seen by the shot's camera moved by n pixels; `out` holds the last one). What renders should be warm: [`measure`]
+/// leaves it so.
+pub fn timed(
+    shot: &StagedShot,
+    renderer: &mut Renderer<'_>,
+    frames: RangeInclusive<u32>,
+    out: &mut ScatterImage,
+) -> Result<BTreeMap<String, f64>, StageError> {
+    let runs = frames.map(|frame| run(shot, renderer, frame, out)).collect::<Result<Vec<_>, _>>()?;
+    Ok(middle(runs).time_ms)
 }
 
 /// All passes of one frame.

@@ -99,22 +99,43 @@ impl StagedShot {
             .map(|device| RasterScene::new(device, &caster))
             .transpose()
             .map_err(|source| StageError::Raster { shot: name.clone(), source })?;
-        let source: &dyn MapSource = match &raster {
-            Some(raster) => raster,
-            None => &caster,
-        };
-        let start = Instant::now();
         let lights = lights
             .into_iter()
-            .map(|part| {
-                let maps =
-                    ShotMaps::build_from(source, &caster, &camera, &part.light, max_distance, map_size)
-                        .map_err(|source| StageError::Maps { shot: name.clone(), source })?;
-                Ok(StagedLight { light: part.light, texture: part.texture, maps: Some(maps) })
-            })
-            .collect::<Result<Vec<_>, StageError>>()?;
-        let maps_ms = start.elapsed().as_secs_f64() * 1e3;
-        Ok(Self { name, camera, medium, max_distance, lights, caster, raster, map_size, maps_ms })
+            .map(|part| StagedLight { light: part.light, texture: part.texture, maps: None })
+            .collect();
+        let mut staged =
+            Self { name, camera, medium, max_distance, lights, caster, raster, map_size, maps_ms: 0.0 };
+        staged.make_maps()?;
+        Ok(staged)
+    }
+
+    /// Moves the camera and the lights (as many as there are, in their order), and makes maps of `map_size` texels a
+    /// side anew. The triangles stay as they are, and so does the glass before a light.
+    pub fn restage(&mut self, camera: Camera, lights: &[Light], map_size: u32) -> Result<(), StageError> {
+        (self.camera, self.map_size) = (camera, map_size);
+        for (staged, light) in self.lights.iter_mut().zip(lights) {
+            staged.light = light.clone();
+        }
+        self.make_maps()
+    }
+
+    fn make_maps(&mut self) -> Result<(), StageError> {
+        let source: &dyn MapSource = match &self.raster {
+            Some(raster) => raster,
+            None => &self.caster,
+        };
+        let start = Instant::now();
+        for part in &mut self.lights {
+            // The old maps go first: two sets of large maps are not held at once.
+            part.maps = None;
+            let (camera, light) = (&self.camera, &part.light);
+            let maps =
+                ShotMaps::build_from(source, &self.caster, camera, light, self.max_distance, self.map_size)
+                    .map_err(|source| StageError::Maps { shot: self.name.clone(), source })?;
+            part.maps = Some(maps);
+        }
+        self.maps_ms = start.elapsed().as_secs_f64() * 1e3;
+        Ok(())
     }
 
     /// The shot's name.
@@ -130,6 +151,11 @@ impl StagedShot {
     /// The triangles.
     pub fn caster(&self) -> &SceneCaster {
         &self.caster
+    }
+
+    /// The lights, each with whether coloured glass stands before it.
+    pub fn lights(&self) -> impl Iterator<Item = (&Light, bool)> {
+        self.lights.iter().map(|part| (&part.light, part.texture.is_some()))
     }
 
     /// How many lights shine.

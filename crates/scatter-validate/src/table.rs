@@ -2,21 +2,15 @@
 
 use std::fmt::Write;
 
+use crate::columns::aligned;
 use crate::figures::Figures;
 use crate::row::{Row, Verdict};
 
 /// One line a row under a header; what a FAIL or an `unsupported` means follows below.
 pub fn table(rows: &[Row]) -> String {
-    let lines: Vec<[String; COLUMNS]> = rows.iter().map(cells).collect();
-    let widths: [usize; COLUMNS] = std::array::from_fn(|column| {
-        let cells = lines.iter().map(|line| line[column].chars().count());
-        cells.chain([HEADER[column].chars().count()]).max().unwrap_or(0)
-    });
-    let mut text = String::new();
-    push_line(&mut text, &HEADER.map(String::from), &widths);
-    for line in &lines {
-        push_line(&mut text, line, &widths);
-    }
+    // Names to the left, numbers to the right.
+    let is_name = |column| column < 2 || column == COLUMNS - 1;
+    let mut text = aligned(&HEADER, rows.iter().map(|row| Vec::from(cells(row))), is_name);
     for row in rows {
         match &row.verdict {
             Some(Verdict::Fail(reasons)) => {
@@ -78,19 +72,8 @@ fn method(row: &Row) -> String {
     row.options.iter().fold(row.method.clone(), |text, (key, value)| format!("{text} {key}={value}"))
 }
 
-fn push_line(text: &mut String, cells: &[String; COLUMNS], widths: &[usize; COLUMNS]) {
-    let mut line = String::new();
-    for (column, (cell, &width)) in cells.iter().zip(widths).enumerate() {
-        // Names to the left, numbers to the right.
-        let is_name = column < 2 || column == COLUMNS - 1;
-        let _ = if is_name { write!(line, "{cell:<width$}  ") } else { write!(line, "{cell:>width$}  ") };
-    }
-    text.push_str(line.trim_end());
-    text.push('\n');
-}
-
 /// A fraction as a number of percent, three digits.
-fn percent(fraction: f64) -> String {
+pub(crate) fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     match percent.abs() {
         _ if percent == 0.0 => "0".into(),
@@ -102,7 +85,7 @@ fn percent(fraction: f64) -> String {
 }
 
 /// Milliseconds, three digits.
-fn milliseconds(time: f64) -> String {
+pub(crate) fn milliseconds(time: f64) -> String {
     if time < 10.0 {
         format!("{time:.2}")
     } else if time < 100.0 {

@@ -7,4 +7,5 @@ pub mod render;
 pub mod shots;
 pub mod stress;
 pub mod test;
+pub mod tradeoff;
 pub mod validate;

@@ -115,14 +115,14 @@ fn write_report(report: &Report, folder: &Path) -> anyhow::Result<()> {
 }
 
 /// What was typed, for the report.
-fn command_line() -> String {
+pub(super) fn command_line() -> String {
     let arguments: Vec<String> =
         std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()).collect();
     format!("cargo xtask {}", arguments.join(" "))
 }
 
 /// The day in UTC, `YYYY-MM-DD` (Hinnant's days-to-civil algorithm, years from 1970).
-fn utc_date(time: SystemTime) -> String {
+pub(super) fn utc_date(time: SystemTime) -> String {
     let days = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
     // Days since 1 March 0000, in 400-year eras of 146,097 days.
     let shifted = days + 719_468;

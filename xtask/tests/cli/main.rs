@@ -4,6 +4,7 @@ mod compare;
 mod errors;
 mod render;
 mod stress;
+mod tradeoff;
 mod validate;
 
 use std::path::{Path, PathBuf};

@@ -10,14 +10,14 @@
 //! both ends of the ray err alike, and leaves a third (rank 2) to a seventh (rank 4) of the error at no cost.
 //!
 //! The coefficients are taken from the series' own orthogonality, at M Chebyshev points:
-//! `Γₖ(x) = (cₖ/M)·Σ e^{x₀·h·zⱼ}·e^{−x·yⱼ}·Tₖ(zⱼ)`, c₀ = 1, cₖ = 2, which is Bessel's integral by the trapezoidal rule and
-//! differs from it by `I_{2M−k}` only. Of a sum of exponentials the integrals are closed forms, so no quadrature is left,
-//! and along a uniform table the exponentials are a recurrence.
+//! `Γₖ(x) = (cₖ/M)·Σ e^{x₀·h·zⱼ}·e^{−x·yⱼ}·Tₖ(zⱼ)`, c₀ = 1, cₖ = 2, which is Bessel's integral by the trapezoidal rule
+//! and differs from it by `I_{2M−k}` only. Of a sum of exponentials the integrals are closed forms, so no quadrature is
+//! left, and along a uniform table the exponentials are a recurrence.
 //!
 //! # The bound
 //!
-//! Let `e` be the left side, `f` the sum cut off before k = N, `δ = f − e`, and E and Δ the integrals of e and δ over the
-//! ray. For any visibility V in [0, 1] with `v = ∫eV/E`
+//! Let `e` be the left side, `f` the sum cut off before k = N, `δ = f − e`, and E and Δ the integrals of e and δ over
+//! the ray. For any visibility V in [0, 1] with `v = ∫eV/E`
 //!
 //! ```text
 //! ∫fV/∫f − v = ∫ δ·(V − v) / (E + Δ),   so |error| ≤ ρ/(1 − ρ),   ρ = ∫|δ| / E.
@@ -30,19 +30,19 @@
 //! t/e = e^{|s|·(y − y_min or y_max − y)} · 2·Σ_{k≥N} e^{−z}·Iₖ(z).
 //! ```
 //!
-//! The sum grows with z (its derivative is `e^{−z}·(I_{N−1} − I_N)` > 0), so t/e falls towards x₀ and rises behind it for
-//! every y, and its mean over a ray is largest for the shortest ray, where it is t/e at x = 0, or for the longest.
-//! `∫t` needs no series: all terms at z = ±1 have one sign, so it is the integral of `e^{−x·yc + |s|h}` less the terms that
-//! are kept. For x₀ = 0 and an endless ray that is `2·qᴺ/((1 − q)·√(yc² − h²))`, `q = (yc − √(yc² − h²))/h`: the form of
-//! the notes, which is therefore never smaller.
+//! The sum grows with z (its derivative is `e^{−z}·(I_{N−1} − I_N)` > 0), so t/e falls towards x₀ and rises behind it
+//! for every y, and its mean over a ray is largest for the shortest ray, where it is t/e at x = 0, or for the longest.
+//! `∫t` needs no series: all terms at z = ±1 have one sign, so it is the integral of `e^{−x·yc + |s|h}` less the terms
+//! that are kept. For x₀ = 0 and an endless ray that is `2·qᴺ/((1 − q)·√(yc² − h²))`, `q = (yc − √(yc² − h²))/h`: the
+//! form of the notes, which is therefore never smaller.
 //!
 //! Interpolation along the ray replaces e within an interval by its mean, an error without integral; see
 //! [`reading_error`] for its share, which adds to ρ.
 
 use super::{MAX_RANK, WEIGHT_INTERVALS, reading_error};
 
-/// Chebyshev points M of the coefficients. What is wrong with `Γₖ` is `I_{2M−k}`: below `q⁴⁰` of the whole, 1e-30 for an
-/// octave (q = 0.17), 1e-13 for three (q = 0.48).
+/// Chebyshev points M of the coefficients. What is wrong with `Γₖ` is `I_{2M−k}`: below `q⁴⁰` of the whole, 1e-30 for
+/// an octave (q = 0.17), 1e-13 for three (q = 0.48).
 const POINTS: usize = 24;
 
 /// The series on one band, cut off.
@@ -104,26 +104,33 @@ impl Band {
     pub(super) fn prefix(&self, lanes: usize, intervals: usize, table: &mut Vec<f32>) {
         table.clear();
         table.resize((intervals + 1) * lanes, 0.0);
-        let mut projection = self.projection;
-        for (row, y) in projection.iter_mut().zip(self.points) {
-            let scale = self.tilt(y) / (self.optical_depth * y);
-            row.iter_mut().for_each(|c| *c *= scale);
+        match lanes {
+            1 => self.fill_prefix::<1>(intervals, table),
+            2 => self.fill_prefix::<2>(intervals, table),
+            4 => self.fill_prefix::<4>(intervals, table),
+            _ => self.fill_prefix::<MAX_RANK>(intervals, table),
         }
-        // 1 − e^{−x·yⱼ} grows by (1 − itself)·(1 − e^{−Δx·yⱼ}) a node: positive terms only, so that 8192 steps keep
+    }
+
+    fn fill_prefix<const LANES: usize>(&self, intervals: usize, table: &mut [f32]) {
+        let projection: [[f64; LANES]; POINTS] = std::array::from_fn(|j| {
+            let y = self.points[j];
+            let scale = self.tilt(y) / (self.optical_depth * y);
+            std::array::from_fn(|k| if k < self.rank { scale * self.projection[j][k] } else { 0.0 })
+        });
+        // 1 − e^{−x·yⱼ} grows by (1 − itself)·(1 − e^{−Δx·yⱼ}) a node: positive terms only, so that 16384 steps keep
         // 12 digits, and exact as the optical depth goes to 0, where a product of exponentials would lose everything.
         let step = self.points.map(|y| absorbed(self.optical_depth * y / intervals as f64));
         let mut sofar = [0.0; POINTS];
-        for node in table.chunks_exact_mut(lanes) {
-            let mut sums = [0.0; MAX_RANK];
+        for node in table.as_chunks_mut::<LANES>().0 {
+            let mut sums = [0.0; LANES];
             for (j, row) in projection.iter().enumerate() {
                 for (sum, c) in sums.iter_mut().zip(row) {
                     *sum += c * sofar[j];
                 }
                 sofar[j] += (1.0 - sofar[j]) * step[j];
             }
-            for (value, sum) in node[..self.rank].iter_mut().zip(sums) {
-                *value = sum as f32;
-            }
+            *node = sums.map(|sum| sum as f32);
         }
     }
 

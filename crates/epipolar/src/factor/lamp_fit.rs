@@ -2,14 +2,14 @@
 //!
 //! Columns of A at Chebyshev points in b span what all columns of the band span, nearly. So Γ are N such columns, made
 //! orthogonal to each other for the sake of f32, and `B(b)` is the least-squares fit of column b by Γ: for each of some
-//! thirty b over the g that a ray at b has, a cubic in between. No SVD is needed, and none of the paper's upsampling in g:
-//! Γ is known wherever A is.
+//! thirty b over the g that a ray at b has, a cubic in between. No SVD is needed, and none of the paper's upsampling in
+//! g: Γ is known wherever A is.
 //!
 //! # Which least squares
 //!
-//! As for the sun (see `chebyshev`) the worst visibility V makes an error of half of `∫|e/E − f/F|`, e = A at one b and f
-//! its fit; by Cauchy and Schwarz its square is at most `¼·∫ δ²/(e·E)`, δ = f − e. Rays of every length count, so in place
-//! of E over the whole ray stands E up to g. The fit minimises that sum.
+//! As for the sun (see `chebyshev`) the worst visibility V makes an error of half of `∫|e/E − f/F|`, e = A at one b and
+//! f its fit; by Cauchy and Schwarz its square is at most `¼·∫ δ²/(e·E)`, δ = f − e. Rays of every length count, so in
+//! place of E over the whole ray stands E up to g. The fit minimises that sum.
 
 use super::MAX_RANK;
 use super::lamp_kernel::{Grid, Half, Kernel};
@@ -34,6 +34,8 @@ pub(super) struct Fit<'a> {
     /// Range of `ln(tan(b/2) + scale/2)`, in which the function is about equally hard everywhere.
     range: (f64, f64),
     pub(super) rank: usize,
+    /// Whether the band is narrow enough to be sampled as finely as its lobes ask.
+    resolved: bool,
     /// The columns' b.
     columns: [Half; MAX_RANK],
     /// What makes columns orthogonal: `Γₖ = (columnₖ − Σ_{j<k} r[j][k]·Γⱼ)/r[k][k]`.
@@ -49,11 +51,12 @@ impl<'a> Fit<'a> {
             kernel,
             range,
             rank,
+            resolved: true,
             columns: [Half::default(); MAX_RANK],
             r: [[0.0; MAX_RANK]; MAX_RANK],
             weights: [[0.0; MAX_RANK]; FITS],
         };
-        kernel.grid(b_at(kernel, range.0), b_at(kernel, range.1), &mut space.grid);
+        fit.resolved = kernel.grid(b_at(kernel, range.0), b_at(kernel, range.1), &mut space.grid);
         fit.orthogonal_columns(space);
         for l in 0..FITS {
             // As far as the rays at the next two b go: the cubic mixes neighbours, all of which must then be fits.
@@ -92,10 +95,11 @@ impl<'a> Fit<'a> {
         std::array::from_fn(|k| (0..4).map(|i| cubic[i] * self.weights[first + i][k]).sum())
     }
 
-    /// The worst error of vis with B from `weights`, over all visibilities, b between the fits and rays of eight lengths.
+    /// The worst error of vis with B from `weights`, over all visibilities, b between the fits and rays of eight
+    /// lengths. 1 for a band too wide to be sampled.
     pub(super) fn error(&self, weights: impl Fn(f64) -> [f64; MAX_RANK], space: &mut Workspace) -> f64 {
         const LENGTHS: usize = 8;
-        let mut worst = 0.0f64;
+        let mut worst = if self.resolved { 0.0f64 } else { 1.0 };
         for l in 0..FITS - 1 {
             let b = self.b_of(l as f64 + 0.5);
             self.column(space, b, self.kernel.end(b));
@@ -190,8 +194,8 @@ impl<'a> Fit<'a> {
             for k in 0..self.rank {
                 let weighted = weight * space.basis[k * samples + i];
                 right[k] += weighted * value;
-                for j in 0..=k {
-                    matrix[k][j] += weighted * space.basis[j * samples + i];
+                for (j, entry) in matrix[k][..=k].iter_mut().enumerate() {
+                    *entry += weighted * space.basis[j * samples + i];
                 }
             }
         }

@@ -11,13 +11,28 @@
 //! which multiplies the closed form of its unshadowed ray. The quotient forgives much: whatever factor of y alone the
 //! factorisation leaves out or gets wrong cancels, and vis is exact wherever everything or nothing is lit.
 //!
-//! The paper finds the factors by an SVD; [`Factorisation::Chebyshev`] writes them down, with a derived bound.
+//! The paper finds the factors by an SVD; [`Factorisation::Chebyshev`] writes them down, with a derived bound. For an
+//! octave of y and an optical depth of 20, the worst over all visibilities, directions and lengths, beside the bound:
+//!
+//! | rank | Chebyshev | SVD, 64×64 samples |
+//! | --- | --- | --- |
+//! | 2 | 1.7e-2 of 3.8e-2 | 3.0e-2 of 6.5e-2 |
+//! | 3 | 3.1e-3 of 5.4e-3 | 7.9e-3 of 2.2e-2 |
+//! | 4 | 4.7e-4 of 1.3e-3 | 6.7e-3 of 1.7e-2 |
+//! | 5 | 2.8e-4 of 7.1e-4 | 6.6e-3 of 1.7e-2 |
+//!
+//! (From there on it is the interpolation of the prefix, and for the SVD that of 64 samples.) At an optical depth of 1
+//! the two err alike, to a few percent; Chebyshev takes a tenth of the time.
+//!
+//! Lamps have factors of their own, [`LampBands`]: fitted, with a measured error.
 
 mod chebyshev;
 mod lamp;
 mod lamp_fit;
 mod lamp_kernel;
 mod svd;
+
+use lamp_kernel::within;
 
 pub use lamp::{LampBands, LampFactors};
 pub use lamp_kernel::LampMedium;
@@ -150,8 +165,8 @@ impl Factors {
 
 /// Both parameters of a band, made usable.
 fn domain(optical_depth: f64, ratio: f64) -> (f64, f64) {
-    // The limit of an empty medium is reached long before this, and nothing is divided by 0.
-    (optical_depth.max(1e-30), if ratio > 1.0 { ratio.min(8.0) } else { 1.0 })
+    // The limit of an empty medium is reached long before 1e-30, and nothing is divided by 0.
+    (within(optical_depth, 1e-30, 1e9), within(ratio, 1.0, 8.0))
 }
 
 /// What reading the tables adds to the error of vis.
@@ -170,10 +185,10 @@ fn reading_error(depth: f64, amplified: f64) -> f64 {
 /// that lights just the wrong half of every interval errs by an eighth of that, at most by a quarter where the ray ends
 /// within an interval; a single edge errs by `(depth/count)²/8` of a ray of optical depth 1. So 512 intervals for each
 /// unit keep the worst visibility below 5e-4 and an edge below 5e-7 up to the longest table. More would push the
-/// table out of the fastest cache.
+/// table of a usual medium out of the fastest cache, as the longest is (a quarter of a megabyte at rank 4).
 fn prefix_intervals(depth: f64) -> usize {
     const SHORTEST: usize = 1024;
-    const LONGEST: usize = 8192;
+    const LONGEST: usize = 16384;
     const PER_UNIT: f64 = 512.0;
     ((depth * PER_UNIT).ceil().min(LONGEST as f64) as usize).clamp(SHORTEST, LONGEST)
 }

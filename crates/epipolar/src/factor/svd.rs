@@ -8,9 +8,9 @@
 //! # The bound
 //!
 //! As in `chebyshev`, the error of vis is `∫δ·(V − v)/(E + Δ)`. δ has two parts. Linear interpolation of the unabridged
-//! matrix is above `e^{−x·y}` by a share r in [0, R], and `∫ e·r·(V − v) ≤ v·(1 − v)·R·E ≤ R·E/4`: a chord over a fall by
-//! `e^{−a}` rises above it by at most `(b/a)·e^{a/b − 1} − 1`, `b = 1 − e^{−a}`. The rest, the triples cut off, is known
-//! at every sample, lies between samples below the interpolation of its absolute values, and is integrated.
+//! matrix is above `e^{−x·y}` by a share r in [0, R], and `∫ e·r·(V − v) ≤ v·(1 − v)·R·E ≤ R·E/4`: a chord over a fall
+//! by `e^{−a}` rises above it by at most `(b/a)·e^{a/b − 1} − 1`, `b = 1 − e^{−a}`. The rest, the triples cut off, is
+//! known at every sample, lies between samples below the interpolation of its absolute values, and is integrated.
 
 use nalgebra::SMatrix;
 

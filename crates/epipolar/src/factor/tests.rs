@@ -80,7 +80,7 @@ proptest! {
         end in 0.001f32..1.0,
         y in 0.0f64..1.0,
         depth in 1e-9f64..20.0,
-        ratio in 1.01f64..2.0,
+        ratio in 1.01f64..4.0,
         rank in 1usize..=8,
         paper in any::<bool>(),
     ) {

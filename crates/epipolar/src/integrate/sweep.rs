@@ -29,8 +29,8 @@ pub fn integrate<const N: usize>(
     // Entry `columns − 1 − …`: runs that end early come last, so that a suffix is a prefix.
     let mut ending = Fenwick::zeros(groups::<N>(&mut scratch.sums, columns));
     let mut lit_for_all = [0.0; N];
-    for run in 0..runs {
-        let mut query = heads[run];
+    for (run, &head) in heads.iter().enumerate() {
+        let mut query = head;
         while query != NONE {
             let index = query as usize;
             // Columns − 1 entries: those that end behind this column, not those that all columns see.

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::row::Row;
 
 /// A random slice: whole numbers as weights, so that every order of summation gives the same f32 to the bit.
 #[derive(Debug, Clone)]

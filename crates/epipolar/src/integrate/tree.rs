@@ -17,10 +17,10 @@ pub fn sweep_view_rays<const N: usize>(
     let columns = (problem.columns[1] - problem.columns[0]) as usize;
     let heads = &mut heads[..columns];
     heads.fill(NONE);
-    for run in 0..problem.lit.len() {
+    for (run, next) in next[..problem.lit.len()].iter_mut().enumerate() {
         let lit = problem.lit_columns(run);
         if lit > 0 && lit < columns {
-            next[run] = heads[lit];
+            *next = heads[lit];
             heads[lit] = run as u32;
         }
     }

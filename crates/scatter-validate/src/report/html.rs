@@ -15,6 +15,8 @@ pre { overflow-x: auto; font: 13px/1.4 ui-monospace, monospace; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: 0 1rem; }
 dt { font-weight: 600; } dd { margin: 0; overflow-wrap: anywhere; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(18rem, 100%), 1fr)); gap: 1rem; }
+.graphics { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(24rem, 100%), 1fr)); gap: 1rem; }
+.graphics svg { break-inside: avoid; }
 figure { margin: 0; } figcaption { font-size: .85rem; }
 img { width: 100%; image-rendering: pixelated; border: 1px solid var(--line); }
 .legend { display: flex; max-width: 30rem; } .legend span { flex: 1; height: 1rem; }
@@ -70,6 +72,13 @@ impl Page {
                 "<figure><img src=\"{uri}\" alt=\"{caption}\"><figcaption>{caption}</figcaption></figure>"
             );
         }
+        self.text.push_str("</div>\n");
+    }
+
+    /// Inline SVG elements side by side.
+    pub(super) fn graphics(&mut self, graphics: impl IntoIterator<Item = String>) {
+        self.text.push_str("<div class=\"graphics\">\n");
+        self.text.extend(graphics);
         self.text.push_str("</div>\n");
     }
 

@@ -6,6 +6,7 @@ mod base64;
 mod html;
 mod picture;
 mod stress;
+mod tradeoff;
 
 use scatter_scene::{RadianceImage, encode_png};
 
@@ -15,6 +16,7 @@ use crate::row::Row;
 use html::{Page, escaped};
 pub use picture::exposure;
 pub use stress::{stress_grid, stress_page};
+pub use tradeoff::TradeSection;
 
 /// What a report says. Pictures become PNGs as they are added, so that no radiance image is held.
 pub struct Report {
