@@ -11,10 +11,10 @@ use scatter::{
     Camera, Medium, ModelError, Phase, Quality, ScatterImage, Scattering, SceneFacts, TECHNIQUES, Target,
     Technique, VolumetricShadow,
 };
-use scatter_validate::{Contender, Labelled, compare};
 use scatter_validate::checks::coloured_glass;
 use scatter_validate::scenario::{Scenario, Shadow, texels_of};
 use scatter_validate::stress::scenes;
+use scatter_validate::{Contender, Labelled, compare};
 
 /// Pixels of a measured image.
 const SIZE: [u32; 2] = [320, 240];
