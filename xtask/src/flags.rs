@@ -81,6 +81,15 @@ pub struct Validate {
     /// Write a self-contained HTML report into this folder
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Grade an image that another renderer made of the one --shot: EXR, channels R, G, B or Y, row 0 on top
+    #[arg(long, value_name = "MINE.exr")]
+    pub image: Option<PathBuf>,
+    /// Where the picture of the image's difference goes [default: beside the image, MINE.difference.png]
+    #[arg(long, value_name = "F.png", requires = "image")]
+    pub difference: Option<PathBuf>,
+    /// Compare with an earlier run's --json: errors must not have grown, times are shown as ratios; exit 1 if one has
+    #[arg(long, value_name = "FILE.json")]
+    pub baseline: Option<PathBuf>,
 }
 
 /// `render`.
