@@ -88,6 +88,15 @@ pub struct Validate {
     /// Prove that the checks can fail: every deliberately wrong variant must be rejected; exit 1 if one survives
     #[arg(long, conflicts_with_all = ["shots", "report", "set", "size", "shadow_map", "vulkan_device"])]
     pub mutants: bool,
+    /// Grade an image that another renderer made of the one --shot: EXR, channels R, G, B or Y, row 0 on top
+    #[arg(long, value_name = "MINE.exr")]
+    pub image: Option<PathBuf>,
+    /// Where the picture of the image's difference goes [default: beside the image, MINE.difference.png]
+    #[arg(long, value_name = "F.png", requires = "image")]
+    pub difference: Option<PathBuf>,
+    /// Compare with an earlier run's --json: errors must not have grown, times are shown as ratios; exit 1 if one has
+    #[arg(long, value_name = "FILE.json")]
+    pub baseline: Option<PathBuf>,
 }
 
 /// `tradeoff`.

@@ -29,6 +29,8 @@ pub mod tolerance;
 
 mod columns;
 pub mod machine;
+pub mod maps_table;
+pub mod regression;
 pub mod report;
 pub mod row;
 pub mod table;
@@ -40,7 +42,11 @@ pub use baseline::Baseline;
 pub use contender::Contender;
 pub use figures::{CompareError, Figures, Labelled, compare};
 pub use machine::Machine;
-pub use matrix::{Matrix, MatrixError, Pictures, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, Settings, ShotResult};
+pub use maps_table::maps_table;
+pub use matrix::{
+    ForeignImage, Matrix, MatrixError, Pictures, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, Settings, ShotResult,
+};
+pub use regression::{Regression, RegressionError};
 pub use row::{Document, Errors, Row, Verdict};
 pub use staged_shot::{StageError, StagedShot};
 pub use step_search::StepSearch;

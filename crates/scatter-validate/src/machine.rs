@@ -1,5 +1,6 @@
 //! The machine and the build that a table was measured with.
 
+use scatter_scene::RasterDevice;
 use serde::Serialize;
 
 /// Where a measurement ran, and what it was built with.
@@ -17,6 +18,9 @@ pub struct Machine {
     pub simd: String,
     /// Version of this project.
     pub version: String,
+    /// Vulkan device and driver, where they drew the maps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vulkan: Option<String>,
 }
 
 impl Machine {
@@ -29,14 +33,21 @@ impl Machine {
             rustc: env!("SCATTER_RUSTC_VERSION").into(),
             simd: simd_level().into(),
             version: env!("CARGO_PKG_VERSION").into(),
+            vulkan: None,
         }
+    }
+
+    /// The same machine with the device that draws its maps, if one does.
+    pub fn drawing_on(self, device: Option<&RasterDevice>) -> Self {
+        Self { vulkan: device.map(|device| device.info().to_string()), ..self }
     }
 }
 
 impl std::fmt::Display for Machine {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { cpu, cores, os, rustc, simd, version } = self;
-        write!(f, "{cpu}, {cores} cores, {simd}, {os}, {rustc}, scatter {version}")
+        let Self { cpu, cores, os, rustc, simd, version, vulkan } = self;
+        write!(f, "{cpu}, {cores} cores, {simd}, {os}, {rustc}, scatter {version}")?;
+        vulkan.as_ref().map_or(Ok(()), |device| write!(f, ", maps by raster on {device}"))
     }
 }
 

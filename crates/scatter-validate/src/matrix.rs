@@ -75,6 +75,15 @@ pub struct Pictures {
     pub techniques: Vec<(String, RadianceImage)>,
 }
 
+/// An image that another program made of a shot.
+#[derive(Debug, Clone)]
+pub struct ForeignImage {
+    /// What it is called in tables.
+    pub label: String,
+    /// In-scattered radiance, as a technique gives it.
+    pub image: RadianceImage,
+}
+
 /// A shot that could not be judged.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -109,6 +118,16 @@ pub enum MatrixError {
 impl Matrix<'_> {
     /// Measures every technique on one shot. `progress` is told what comes next.
     pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotResult, MatrixError> {
+        self.run_beside(shot, &[], progress)
+    }
+
+    /// As [`Self::run`], with a row for each image that another program made of this shot.
+    pub fn run_beside(
+        &self,
+        shot: Shot,
+        images: &[ForeignImage],
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<ShotResult, MatrixError> {
         progress(&format!("{}: maps", shot.name));
         let shot = StagedShot::with_source(shot, self.settings.map_size, self.settings.raster.as_ref())?;
         progress(&format!("{}: {SHADOW_MAP_TRUTH}", shot.name()));
@@ -139,6 +158,24 @@ impl Matrix<'_> {
             rows.push(row);
         }
         let mut techniques = Vec::new();
+        for ForeignImage { label, image } in images {
+            let measurement = Measurement { image: image.clone(), ..Measurement::nothing(image.size) };
+            let errors = Errors {
+                shadow_map: Some(against(&shot, (SHADOW_MAP_TRUTH, &map_truth), (label, &measurement))?),
+                raycast: Some(against(&shot, (RAYCAST_TRUTH, &ray_truth), (label, &measurement))?),
+            };
+            let mut row = row(&shot, label, &measurement, &self.settings, errors);
+            row.note = Some(if image.pixels == map_truth.image.pixels {
+                format!("identical to {SHADOW_MAP_TRUTH}")
+            } else if image.pixels == ray_truth.image.pixels {
+                format!("identical to {RAYCAST_TRUTH}")
+            } else {
+                level_reached(errors)
+            });
+            // It is graded and not judged: limits are for techniques of ours.
+            rows.push(row);
+            techniques.push((label.clone(), measurement.image));
+        }
         let mut baseline_ms = None;
         for &technique in &self.techniques {
             let id = technique.info().id;
@@ -178,6 +215,13 @@ impl Matrix<'_> {
         }
         for row in rows.iter_mut().filter(|row| row.level.is_some() && row.total_ms() > 0.0) {
             row.ratio = baseline_ms.map(|time| time / row.total_ms());
+        }
+        if self.settings.raster.is_some() {
+            progress(&format!("{}: maps by ray casts, for their time", shot.name()));
+        }
+        let raycast_maps_ms = shot.raycast_maps_ms()?;
+        for row in &mut rows {
+            row.raycast_maps_ms = raycast_maps_ms;
         }
         let pictures = Pictures {
             shot: shot.name().to_string(),
@@ -250,6 +294,15 @@ impl Matrix<'_> {
     }
 }
 
+/// The finest quality level that an image reaches against the nearer one of the truths: whoever made it may have traced
+/// triangles or read a map.
+fn level_reached(errors: Errors) -> String {
+    let reached = [Quality::Film, Quality::Game, Quality::Preview].into_iter().find(|level| {
+        [errors.shadow_map, errors.raycast].into_iter().flatten().any(|f| reaches(&f, level.error()))
+    });
+    reached.map_or_else(|| format!("misses {}", Quality::Preview), |level| format!("reaches {level}"))
+}
+
 /// The exact image for the shot's shadow maps.
 pub fn shadow_map_truth(shot: &StagedShot, repeat: u32) -> Result<Measurement, StageError> {
     measured_reference(shot, &mut ShadowMapWalk::new(), repeat)
@@ -305,6 +358,7 @@ pub fn row(
         threads: settings.threads,
         time_ms: measurement.time_ms.clone(),
         maps_ms: shot.maps_ms(),
+        raycast_maps_ms: None,
         memory_bytes: measurement.memory_bytes,
         counts: measurement.counts.clone(),
         modelled: measurement.modelled.clone(),
@@ -312,5 +366,6 @@ pub fn row(
         level: None,
         ratio: None,
         verdict: None,
+        note: None,
     }
 }

@@ -26,6 +26,9 @@ pub struct Row {
     pub time_ms: BTreeMap<String, f64>,
     /// Time to make depth and shadow maps \[ms\].
     pub maps_ms: f64,
+    /// Time of the same maps by ray casts \[ms\], where a Vulkan device drew them and both were timed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub raycast_maps_ms: Option<f64>,
     /// Bytes that the technique holds between frames.
     pub memory_bytes: u64,
     /// Counts that do not depend on the machine.
@@ -43,6 +46,9 @@ pub struct Row {
     /// `ok`, `FAIL: …` or `unsupported: …`; none where nothing was judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
+    /// What is to be said instead of a verdict: the level that a foreign image reaches, or that it is identical.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 /// Error figures against the two truths.
@@ -119,6 +125,7 @@ pub(crate) mod tests {
             threads: 1,
             time_ms: BTreeMap::from([("total".into(), 2.5)]),
             maps_ms: 1.0,
+            raycast_maps_ms: None,
             memory_bytes: 0,
             counts: BTreeMap::new(),
             modelled: Vec::new(),
@@ -126,6 +133,7 @@ pub(crate) mod tests {
             level: None,
             ratio: None,
             verdict: None,
+            note: None,
         }
     }
 

@@ -175,6 +175,20 @@ impl StagedShot {
         self.maps_ms
     }
 
+    /// Time that the same maps take by ray casts \[ms\]: `None` where ray casts made them.
+    pub fn raycast_maps_ms(&self) -> Result<Option<f64>, StageError> {
+        if self.raster.is_none() {
+            return Ok(None);
+        }
+        let start = Instant::now();
+        for part in &self.lights {
+            let (camera, light) = (&self.camera, &part.light);
+            ShotMaps::build(&self.caster, camera, light, self.max_distance, self.map_size)
+                .map_err(|source| StageError::Model { shot: self.name.clone(), source })?;
+        }
+        Ok(Some(start.elapsed().as_secs_f64() * 1e3))
+    }
+
     /// Drops depth and shadow maps; from now on frames are unshadowed and endless, as ray-cast truth reads them.
     pub fn drop_maps(&mut self) {
         for light in &mut self.lights {

@@ -11,6 +11,13 @@ pub fn table(rows: &[Row]) -> String {
     // Names to the left, numbers to the right.
     let is_name = |column| column < 2 || column == COLUMNS - 1;
     let mut text = aligned(&HEADER, rows.iter().map(|row| Vec::from(cells(row))), is_name);
+    text.push_str(&remarks(rows));
+    text
+}
+
+/// What a FAIL or an `unsupported` means, a line each.
+pub(crate) fn remarks(rows: &[Row]) -> String {
+    let mut text = String::new();
     for row in rows {
         match &row.verdict {
             Some(Verdict::Fail(reasons)) => {
@@ -29,7 +36,7 @@ pub fn table(rows: &[Row]) -> String {
 
 const COLUMNS: usize = 10;
 /// Names of the columns, with units. Errors are against shadow-map truth, `/ray` against ray-cast truth.
-const HEADER: [&str; COLUMNS] = [
+pub(crate) const HEADER: [&str; COLUMNS] = [
     "shot",
     "method",
     "time ms",
@@ -42,29 +49,39 @@ const HEADER: [&str; COLUMNS] = [
     "verdict",
 ];
 
-fn cells(row: &Row) -> [String; COLUMNS] {
+/// A row's cells as text.
+pub(crate) fn cells(row: &Row) -> [String; COLUMNS] {
     let of = |figures: Option<Figures>, pick: fn(Figures) -> f64| {
         figures.map_or_else(|| "-".to_string(), |figures| percent(pick(figures)))
     };
     let non_finite = [row.errors.shadow_map, row.errors.raycast].into_iter().flatten().map(|f| f.non_finite);
-    let is_unsupported = matches!(row.verdict, Some(Verdict::Unsupported(_)));
+    // A technique that cannot do the shot, and an image that another program made, took no time.
+    let was_timed = row.time_ms.contains_key("total");
     [
         row.shot.clone(),
         method(row),
-        if is_unsupported { "-".into() } else { milliseconds(row.total_ms()) },
+        if was_timed { milliseconds(row.total_ms()) } else { "-".into() },
         row.ratio.map_or_else(|| "-".into(), |ratio| format!("{ratio:.2}")),
         of(row.errors.shadow_map, |f| f.rel_rmse),
         of(row.errors.shadow_map, |f| f.p99),
         of(row.errors.shadow_map, |f| f.bias),
         of(row.errors.raycast, |f| f.rel_rmse),
         non_finite.max().map_or_else(|| "-".into(), |count| count.to_string()),
-        match &row.verdict {
-            None => "-".into(),
-            Some(Verdict::Ok) => "ok".into(),
-            Some(Verdict::Fail(_)) => "FAIL".into(),
-            Some(Verdict::Unsupported(_)) => "unsupported".into(),
+        match (&row.verdict, &row.note) {
+            (None, Some(note)) => note.clone(),
+            (verdict, _) => word(verdict.as_ref()).into(),
         },
     ]
+}
+
+/// A verdict in one word.
+fn word(verdict: Option<&Verdict>) -> &'static str {
+    match verdict {
+        None => "-",
+        Some(Verdict::Ok) => "ok",
+        Some(Verdict::Fail(_)) => "FAIL",
+        Some(Verdict::Unsupported(_)) => "unsupported",
+    }
 }
 
 /// The method with the options that it ran with, where they were not its own choice.

@@ -1,6 +1,7 @@
 //! One file a command: each reads its flags, calls the libraries, prints.
 
 pub mod compare;
+mod foreign;
 pub mod methods;
 pub mod mutants;
 pub mod render;

@@ -5,8 +5,12 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
 use scatter::{TECHNIQUES, Technique};
-use scatter_validate::report::Report;
-use scatter_validate::{Document, Machine, Matrix, Row, Settings, Tolerances, table};
+use scatter_validate::regression::Comparison;
+use scatter_validate::report::{Report, Section};
+use scatter_validate::{Document, Machine, Matrix, Regression, Row, Settings, Tolerances, maps_table, table};
+use serde::Serialize;
+
+use super::foreign::Foreign;
 
 use crate::Verdict;
 use crate::flags::Validate;
@@ -21,9 +25,11 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     if flags.mutants {
         return super::mutants::run(flags);
     }
+    let foreign = Foreign::of(flags)?;
+    let earlier = flags.baseline.as_deref().map(read_baseline).transpose()?;
     let raster = raster_device(rendering)?;
     let methods = rendering.methods.iter().map(|id| method(id)).collect::<anyhow::Result<Vec<Method>>>()?;
-    let techniques: Vec<&dyn Technique> = if methods.is_empty() {
+    let techniques: Vec<&dyn Technique> = if methods.is_empty() && foreign.is_none() {
         TECHNIQUES.to_vec()
     } else {
         let chosen = methods.iter().filter_map(|method| match method {
@@ -37,7 +43,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     if let Some(folder) = &flags.report {
         check_folder(folder)?;
     }
-    let machine = Machine::this();
+    let machine = Machine::this().drawing_on(raster.as_ref());
     let mut report = flags
         .report
         .is_some()
@@ -65,7 +71,14 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
         for source in &sources {
             progress.stage(&format!("{}: loading", source.label()));
             let shot = at_size(source.load()?, rendering)?;
-            let result = matrix.run(shot, &mut |stage| progress.stage(stage))?;
+            if let Some(foreign) = &foreign {
+                foreign.check_size(&shot)?;
+            }
+            let images = foreign.as_ref().map(|foreign| foreign.image().clone());
+            let result = matrix.run_beside(shot, images.as_slice(), &mut |stage| progress.stage(stage))?;
+            if let Some(foreign) = &foreign {
+                foreign.write_difference(&result.pictures)?;
+            }
             if let Some(report) = &mut report {
                 report.add(&result.rows, &result.pictures);
             }
@@ -75,22 +88,59 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
         anyhow::Ok(rows)
     })??;
     drop(progress);
-    if let (Some(report), Some(folder)) = (&report, &flags.report) {
+    let failed = rows.iter().filter(|row| row.has_failed()).count();
+    let comparison =
+        earlier.as_ref().map(|earlier| earlier.compare(&rows)).transpose().with_context(|| {
+            flags.baseline.as_ref().map_or(String::new(), |path| path.display().to_string())
+        })?;
+    let maps = maps_table(&rows);
+    if let (Some(report), Some(folder)) = (&mut report, &flags.report) {
+        if !maps.is_empty() {
+            report.add_section("Maps by both sources", Section::Text(maps.clone()));
+        }
+        if let (Some(comparison), Some(path)) = (&comparison, &flags.baseline) {
+            let heading = format!("Against {}", path.display());
+            report.add_section(&heading, Section::Text(comparison.text()));
+        }
         write_report(report, folder)?;
     }
-    let failed = rows.iter().filter(|row| row.has_failed()).count();
     if rendering.json {
-        print_json(&Document { machine: &machine, rows: &rows })?;
+        let document = Document { machine: &machine, rows: &rows };
+        match &comparison {
+            Some(baseline) => print_json(&ComparedDocument { document, baseline })?,
+            None => print_json(&document)?,
+        }
     } else {
         print(&format!("{machine}\n"))?;
-        if let Some(device) = &raster {
-            print(&format!("maps by raster on {}\n", device.info()))?;
-        }
         print(&heading(flags))?;
         print(&table(&rows))?;
+        if !maps.is_empty() {
+            print(&format!("\n{maps}\n"))?;
+        }
         print(&format!("{} rows, {failed} out of tolerance\n", rows.len()))?;
     }
-    Ok(if failed == 0 { Verdict::Well } else { Verdict::OutOfTolerance })
+    let worse = comparison.as_ref().map_or(0, Comparison::worse_count);
+    if let (Some(comparison), Some(path)) = (&comparison, &flags.baseline) {
+        let text = format!("\nagainst {}:\n{}", path.display(), comparison.text());
+        // Stdout is the document's where there is one.
+        if rendering.json { stderr_line(text.trim()) } else { print(&text)? }
+    }
+    Ok(if failed == 0 && worse == 0 { Verdict::Well } else { Verdict::OutOfTolerance })
+}
+
+/// The document with what the comparison with an earlier run found.
+#[derive(Serialize)]
+struct ComparedDocument<'a> {
+    #[serde(flatten)]
+    document: Document<'a>,
+    baseline: &'a Comparison,
+}
+
+/// An earlier run's document.
+fn read_baseline(path: &Path) -> anyhow::Result<Regression> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("{}: cannot be read; give what validate --json printed", path.display()))?;
+    Regression::parse(&text).with_context(|| path.display().to_string())
 }
 
 fn heading(flags: &Validate) -> String {

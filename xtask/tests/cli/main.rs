@@ -2,6 +2,8 @@
 
 mod compare;
 mod errors;
+mod foreign;
+mod regression;
 mod render;
 mod stress;
 mod tradeoff;
