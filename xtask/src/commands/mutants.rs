@@ -39,7 +39,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     } else {
         print("what must be rejected; in brackets the error of the correct technique at the same rung\n\n")?;
         print(&table(&results, &methods))?;
-        print(&format!("{} mutants, {survivors} survive\n", results.len()))?;
+        print(&format!("{} mutants, {survivors} not proven to be rejected\n", results.len()))?;
     }
     Ok(if survivors == 0 { Verdict::Well } else { Verdict::OutOfTolerance })
 }
@@ -54,11 +54,7 @@ fn documents(result: &MutantResult) -> Vec<Value> {
                 "method": outcome.method,
                 "correct": outcome.correct.to_string(),
                 "wrong": outcome.mutant.to_string(),
-                "verdict": match (outcome.says_nothing(), outcome.is_rejected()) {
-                    (true, _) => "unsupported",
-                    (false, true) => "rejected",
-                    (false, false) => "SURVIVES",
-                },
+                "verdict": outcome.verdict(),
             })
         })
         .collect()

@@ -57,6 +57,16 @@ impl MutantOutcome {
         (passes && self.mutant.has_failed()) || self.says_nothing()
     }
 
+    /// One word or three: a rung that the correct technique fails too proves nothing about the mutant.
+    pub fn verdict(&self) -> &'static str {
+        match (&self.correct, &self.mutant) {
+            _ if self.says_nothing() => "unsupported",
+            _ if self.is_rejected() => "rejected",
+            (Cell::Fail(_), _) => "CORRECT ONE FAILS",
+            _ => "SURVIVES",
+        }
+    }
+
     /// Whether the rung could not be tried.
     pub fn says_nothing(&self) -> bool {
         matches!(self.correct, Cell::Unsupported(_) | Cell::NotRun(_))

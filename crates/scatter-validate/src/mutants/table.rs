@@ -25,8 +25,14 @@ pub fn table(results: &[MutantResult], methods: &[&str]) -> String {
         let _ = writeln!(text, "{}\n    by {}", line.trim_end(), result.rung);
     }
     for result in results.iter().filter(|result| !result.is_rejected()) {
-        for MutantOutcome { method, correct, mutant } in &result.outcomes {
-            let _ = writeln!(text, "SURVIVES {method}, {}: correct {correct}; mutant {mutant}", result.name);
+        for outcome in result.outcomes.iter().filter(|outcome| !outcome.is_rejected()) {
+            let MutantOutcome { method, correct, mutant } = outcome;
+            let _ = writeln!(
+                text,
+                "{} {method}, {}: correct {correct}; mutant {mutant}",
+                outcome.verdict(),
+                result.name
+            );
         }
     }
     text
@@ -34,11 +40,8 @@ pub fn table(results: &[MutantResult], methods: &[&str]) -> String {
 
 /// `rejected`, with the figure of the mutant over that of the correct technique where there are figures.
 fn verdict(outcome: &MutantOutcome) -> String {
-    if outcome.says_nothing() {
-        return "unsupported".into();
-    }
-    if !outcome.is_rejected() {
-        return "SURVIVES".into();
+    if outcome.says_nothing() || !outcome.is_rejected() {
+        return outcome.verdict().into();
     }
     match (&outcome.correct, &outcome.mutant) {
         (Cell::Ok { error }, Cell::Fail(Miss { error: wrong, .. })) if wrong.is_finite() => {
