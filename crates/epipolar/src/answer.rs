@@ -150,6 +150,7 @@ impl SliceBuffers {
         grow(&mut self.ends, asks * terms);
         grow(&mut self.sums, asks * terms);
         grow(&mut self.lamp_prefix, integrand.buffer_len());
+        self.cone.clear();
         self.cone.reserve(integrand.buffer_len());
         self.integrator.reserve(runs, columns, asks, terms);
     }
@@ -223,9 +224,11 @@ impl<'a> Answerer<'a> {
         let count = order.count();
         plane.angles(columns[0], &mut buffers.sines[..count], &mut buffers.cosines[..count]);
         self.view_coordinates(count, buffers);
-        if let Light::Spot(spot) = self.frame.light() {
-            self.integrand.fill_cone(Some(spot), &plane, &mut buffers.cone);
-        }
+        let spot = match self.frame.light() {
+            Light::Spot(spot) => Some(spot),
+            Light::Directional(_) | Light::Point(_) => None,
+        };
+        self.integrand.fill_cone(spot, &plane, &mut buffers.cone);
         let reach = self.place(order, asks, buffers);
         self.rectify(&plane, order, reach, buffers);
         let texture = self.frame.texture();

@@ -116,6 +116,11 @@ impl Integrand {
         sun.chain(lamp).max().unwrap_or(1)
     }
 
+    /// Largest error of a lamp's factors, as measured when they were made; a sun's keep their bound.
+    pub fn lamp_error(&self) -> f64 {
+        self.lamp.iter().map(|channel| channel.bands.error()).fold(0.0, f64::max)
+    }
+
     /// Largest number of terms.
     pub fn rank(&self) -> usize {
         let sun = self.sun.iter().map(|channel| channel.factors.rank());

@@ -65,11 +65,12 @@ impl Gamma {
 }
 
 /// A number from 0 (towards the eye) over 1 (across) to 2 (away from it) that grows with the angle of a direction with
-/// `across` ≥ 0: exact in its order, smooth, and without an arc tangent.
+/// `across` ≥ 0: exact in its order, smooth, and without an arc tangent. Small angles keep all their digits.
 #[inline(always)]
 pub fn turn(towards: f32, across: f32) -> f32 {
-    let size = towards.abs() + across;
-    if size > 0.0 { 1.0 - towards / size } else { 1.0 }
+    let size = (towards.abs() + across).max(f32::MIN_POSITIVE);
+    let part = across / size;
+    if towards >= 0.0 { part } else { 2.0 - part }
 }
 
 /// The direction `[towards, across]` with that [`turn`].

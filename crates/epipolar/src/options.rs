@@ -206,7 +206,7 @@ static INFO: TechniqueInfo = TechniqueInfo {
     lights: &["directional", "point", "spot", "textured"],
     media: &["grey", "rgb", "every sum of phase functions"],
     cameras: &["perspective", "off-centre"],
-    cannot: &["orthographic cameras", "cascades"],
+    cannot: &["orthographic cameras", "cascades", "lamps in media with |g| > 0.99"],
     options: &[
         OptionInfo {
             key: "spacing",
@@ -310,21 +310,21 @@ impl Technique for EpipolarTechnique {
     }
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
-        // Spacing and tolerance fall together.
-        [
-            (8.0, 0.4),
-            (4.0, 0.2),
-            (2.0, 0.1),
-            (1.0, 0.05),
-            (1.0, 0.02),
-            (0.5, 0.02),
-            (0.5, 0.01),
-            (0.25, 0.005),
-        ]
-        .iter()
-        .map(|(spacing, tolerance): &(f64, f64)| {
-            vec![("spacing", spacing.to_string()), ("tolerance", tolerance.to_string())]
-        })
-        .collect()
+        // Spacing and tolerance fall together; towards the end gaps are halved more often.
+        let rungs: [(f64, f64, u32); 8] = [
+            (8.0, 0.4, 2),
+            (4.0, 0.2, 2),
+            (2.0, 0.1, 2),
+            (1.0, 0.05, 2),
+            (1.0, 0.02, 3),
+            (0.5, 0.02, 3),
+            (0.5, 0.01, 4),
+            (0.25, 0.003, 6),
+        ];
+        let values = |(spacing, tolerance, halvings): (f64, f64, u32)| {
+            let numbers = [spacing.to_string(), tolerance.to_string(), halvings.to_string()];
+            ["spacing", "tolerance", "halvings"].into_iter().zip(numbers).collect()
+        };
+        rungs.into_iter().map(values).collect()
     }
 }

@@ -29,6 +29,9 @@ const LANES: usize = 16;
 /// "No surface", as a depth that survives products with image coordinates in f32.
 const FARTHEST: f32 = 1e25;
 
+/// Smallest depth that is divided by.
+const NEAREST: f32 = 1e-30;
+
 /// No number of columns.
 const NONE: u32 = u32::MAX;
 
@@ -271,7 +274,8 @@ impl<'a> Surface<'a> {
         ends.map(|t| {
             let (numerator, denominator) =
                 (numerator[0] + numerator[1] * t, denominator[0] + denominator[1] * t);
-            let lit = if denominator > 0.0 { numerator / denominator } else { self.behind };
+            // At 0 the surface is seen infinitely far to one side: on a slice's axis, under light along the image plane.
+            let lit = if denominator >= 0.0 { numerator / denominator.max(NEAREST) } else { self.behind };
             lit.max(0.0).min(self.columns)
         })
     }

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use scatter_core::{
-    Frame, Projection, RenderError, RenderStats, ScatterImage, ShadowMap, StageClock, Unsupported,
+    Frame, Phase, Projection, RenderError, RenderStats, ScatterImage, ShadowMap, StageClock, Unsupported,
     VolumetricShadow,
 };
 
@@ -27,8 +27,19 @@ pub const ID: &str = "epipolar";
 /// Half angle of the ring around the epipole that the paper marches (Section 6: "about two degrees").
 const RING_DEGREES: f64 = 2.0;
 
+/// Slices along a diagonal, at least. What is seen between two slices is as wide as the image is, not as its pixels:
+/// a thumbnail of 13×9 pixels has the shadows of the whole view in it. Fewer miss them, more cost small images time.
+const LEAST_SLICES: f64 = 800.0;
+
 /// Largest ratio of 1/sin β within a band. Wider bands need more terms, narrower ones more sweeps around the epipole.
 const WIDEST_BAND: f64 = 2.0;
+
+/// Error of a lamp's factors beyond which pixels are walked: a film's error. Only backward lobes over long rays in thin
+/// fog miss it.
+const WORST_LAMP_ERROR: f64 = 0.01;
+
+/// Largest |g| of a medium around a lamp.
+const MOST_LAMP_G: f64 = 0.99;
 
 /// Gaps of a task. More keep threads idle at the end of a frame, fewer integrate more slices twice.
 const TASK: usize = 32;
@@ -83,6 +94,13 @@ impl VolumetricShadow for Epipolar {
         if frame.camera().projection() == Projection::Orthographic {
             return unsupported("an orthographic camera: its view rays do not meet in an eye");
         }
+        let needle = |phase: &Phase| matches!(phase, Phase::HenyeyGreenstein { g } if g.abs() > MOST_LAMP_G);
+        let components = frame.medium().components();
+        if frame.light().position().is_some() && components.iter().any(|component| needle(&component.phase)) {
+            return unsupported(
+                "a lamp in a medium whose |g| is above 0.99: its lobe is thinner than the factors' tables",
+            );
+        }
         match frame.shadow() {
             ShadowMap::Cascades(_) => unsupported("cascades: give one map"),
             _ => Ok(()),
@@ -97,7 +115,9 @@ impl VolumetricShadow for Epipolar {
         let pixel_count = width as usize * height as usize;
         let camera = frame.camera();
         let epipole = Epipole::new(camera, frame.light());
-        self.slices.distribute(&epipole, frame.size(), self.options.spacing);
+        let diagonal = f64::from(width).hypot(f64::from(height));
+        let spacing = self.options.spacing.min(diagonal / LEAST_SLICES);
+        self.slices.distribute(&epipole, frame.size(), spacing);
         self.fan_pixels.resize_with(self.slices.fans.len().max(self.fan_pixels.len()), FanPixels::default);
         self.tasks.clear();
         for (index, fan) in self.slices.fans.iter().enumerate() {
@@ -129,11 +149,13 @@ impl VolumetricShadow for Epipolar {
             w.max(h) as usize
         });
         for worker in &mut self.workers {
-            worker.reserve(frame, side, self.options.spacing, &self.integrand);
+            worker.reserve(frame, side, spacing, &self.integrand);
         }
         clock.lap(&mut stats, "set-up");
 
-        if shadowed {
+        // Factors that miss their error by far are not used: every pixel is walked instead.
+        let trusted = self.integrand.lamp_error() <= self.options.factor_error.max(WORST_LAMP_ERROR);
+        if shadowed && trusted {
             let Options { integrator, split_over, cells, resampling, refinement, .. } = self.options;
             let manner = Manner { integrator, split_over, cells, ring: ring as f32, level: self.level };
             let pass = SlicePass {
