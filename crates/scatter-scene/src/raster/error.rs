@@ -71,6 +71,12 @@ pub enum RasterError {
         /// How much was asked for.
         bytes: u64,
     },
+    /// The host has no memory left for a map. Cure: a smaller map.
+    #[error("this machine has no {bytes} bytes for a depth map; choose a smaller map")]
+    OutOfHostMemory {
+        /// How much was asked for.
+        bytes: u64,
+    },
     /// A call that failed for another reason. Cure: the driver's, mostly.
     #[error("Vulkan: cannot {action} ({code}); update the driver or choose another device")]
     Vulkan {

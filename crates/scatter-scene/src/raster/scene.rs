@@ -121,7 +121,11 @@ impl RasterScene {
     fn resize(&self, out: &mut Vec<f32>, size: [u32; 2], count: usize) -> Result<(), RasterError> {
         self.check(size)?;
         out.clear();
-        out.resize(size[0] as usize * size[1] as usize * count, f32::INFINITY);
+        let texels = size[0] as usize * size[1] as usize * count;
+        let bytes = texels as u64 * size_of::<f32>() as u64;
+        // A map is by far the largest thing here: failing to hold it is an error, not the end of the process.
+        out.try_reserve_exact(texels).map_err(|_| RasterError::OutOfHostMemory { bytes })?;
+        out.resize(texels, f32::INFINITY);
         Ok(())
     }
 
