@@ -110,14 +110,15 @@ impl Row {
     fn append_cells(&mut self, line: &MapLine, texels: &[f32], seen: Seen) {
         let split_over = seen.split_over;
         let mut borders = [[0.0f32; LANES]; 3];
-        let mut places = [[0i32; LANES]; 2];
+        // Indices of texels: a map has fewer than 2³² of them.
+        let mut places = [[0u32; LANES]; 2];
         let mut depths = [[0.0f32; LANES]; 2];
         // Lit columns at the two ends of each column's two cells, in the order along the row.
         let mut lit = [[0u32; LANES]; 4];
         let mut last = NONE;
         let [minor, slope] = line.minor;
         let per_slope = if slope == 0.0 { 0.0 } else { 1.0 / slope };
-        let [major_stride, minor_stride] = line.strides;
+        let [major_stride, minor_stride] = line.strides.map(|stride| stride as u32);
         let surface = Surface::new(line, seen);
         for base in (0..line.columns).step_by(LANES) {
             for lane in 0..LANES {
@@ -131,16 +132,17 @@ impl Row {
                 // Without a border between texels the second cell is empty, at the far end.
                 let crossing = if texel_a == texel_b { to } else { crossing.max(from).min(to) };
                 (borders[0][lane], borders[1][lane], borders[2][lane]) = (from, crossing, to);
-                (places[0][lane], places[1][lane]) = (texel_a as i32, texel_b as i32);
+                let major = (line.first + line.advance * (base as i32 + lane as i32)) as u32;
+                let major = major.wrapping_mul(major_stride);
+                for (place, texel) in places.iter_mut().zip([texel_a, texel_b]) {
+                    place[lane] = major.wrapping_add((texel as i32 as u32).wrapping_mul(minor_stride));
+                }
             }
             let lanes = LANES.min((line.columns - base) as usize);
-            let mut major = (line.first + line.advance * base as i32) as usize * major_stride;
-            let major_step = (line.advance as isize * major_stride as isize) as usize;
-            for lane in 0..lanes {
-                for cell in 0..2 {
-                    depths[cell][lane] = texels[major + places[cell][lane] as usize * minor_stride];
+            for cell in 0..2 {
+                for lane in 0..lanes {
+                    depths[cell][lane] = texels[places[cell][lane] as usize];
                 }
-                major = major.wrapping_add(major_step);
             }
             for cell in 0..2 {
                 for lane in 0..LANES {

@@ -94,6 +94,9 @@ impl VolumetricShadow for Epipolar {
         if frame.camera().projection() == Projection::Orthographic {
             return unsupported("an orthographic camera: its view rays do not meet in an eye");
         }
+        if frame.shadow().layers().any(|layer| layer.texels().len() > u32::MAX as usize) {
+            return unsupported("a shadow map of more than 4,294,967,295 texels");
+        }
         let needle = |phase: &Phase| matches!(phase, Phase::HenyeyGreenstein { g } if g.abs() > MOST_LAMP_G);
         let components = frame.medium().components();
         if frame.light().position().is_some() && components.iter().any(|component| needle(&component.phase)) {
