@@ -17,6 +17,7 @@ mod integrand;
 mod integrate;
 
 mod answer;
+mod probe;
 mod resolve;
 mod shares;
 mod slice_pass;
@@ -31,6 +32,7 @@ pub use fan_pixels::FanPixels;
 pub use integrate::{Integrator, IntegratorScratch, Problem, Queries, RunIndex, Terms, integrate};
 pub use map_line::{ColumnOrder, Gamma, MapLine, direction_of_turn, turn};
 pub use options::{Around, EpipolarTechnique, Options, TECHNIQUE};
+pub use probe::Aim;
 pub use row::{Cells, Row, Seen};
 pub use simd_level::{Level, chosen as chosen_level};
 pub use slice_pass::{MOST_HALVINGS, Refinement, Resampling};

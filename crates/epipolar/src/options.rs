@@ -9,6 +9,7 @@ use scatter_core::{
 
 use crate::factor::Factorisation;
 use crate::integrate::Integrator;
+use crate::probe::Aim;
 use crate::row::Cells;
 use crate::slice_pass::{MOST_HALVINGS, Refinement, Resampling};
 use crate::technique::{Epipolar, ID};
@@ -18,6 +19,8 @@ use crate::technique::{Epipolar, ID};
 pub struct Options {
     /// Distance of slices \[pixels\], 1/16 to 16.
     pub spacing: f64,
+    /// What the spacing is measured for: it is halved from `spacing` on until the aim is kept. `None` takes it as it is.
+    pub aim: Option<Aim>,
     /// When a further slice goes between two that differ.
     pub refinement: Refinement,
     /// Terms of the factorisation, 1 to 8; `None` takes as many as `factor_error` asks for.
@@ -63,14 +66,16 @@ impl Options {
     /// The preset of a level for images of a size: spacing, tolerance and halvings were chosen on the built-in shots and
     /// on real scenes (README), at 640×480 with 2048² maps and at 1280×960 with 4096² maps.
     pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
-        let (spacing, tolerance, halvings, factor_error) = match level {
-            Quality::Preview => (4.0, 0.2, 2, 2e-2),
-            Quality::Game => (1.0, 0.05, 2, 6e-3),
-            Quality::Film => (0.5, 0.01, 3, 2e-3),
+        let (spacing, finest, tolerance, halvings, factor_error) = match level {
+            Quality::Preview => (4.0, 2.0, 0.2, 2, 2e-2),
+            Quality::Game => (4.0, 0.5, 0.05, 3, 6e-3),
+            Quality::Film => (4.0, 0.125, 0.012, 3, 2e-3),
         };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
+        let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
         Self {
-            spacing: spacing * (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0),
+            spacing: spacing * scale,
+            aim: Some(Aim { error: 0.9 * level.error() as f32, finest: finest * scale }),
             refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
             rank: None,
             factor_error,
@@ -105,13 +110,16 @@ impl Options {
             halvings: MOST_HALVINGS,
             walks_rest: true,
         };
-        Ok(Self { refinement, factor_error: 0.5 * error, ..fine })
+        Ok(Self { refinement, factor_error: 0.5 * error, spacing: 0.5, aim: None, ..fine })
     }
 
     /// Sets one option from text.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), OptionError> {
         match key {
-            "spacing" => self.spacing = INFO.parse("spacing", value, |s| (1.0 / 16.0..=16.0).contains(s))?,
+            "spacing" => {
+                self.aim = None;
+                self.spacing = INFO.parse("spacing", value, |s| (1.0 / 16.0..=16.0).contains(s))?;
+            }
             "tolerance" => {
                 self.refinement.tolerance = INFO.parse("tolerance", value, |t| (0.0..=1.0).contains(t))?;
             }
@@ -210,10 +218,10 @@ static INFO: TechniqueInfo = TechniqueInfo {
     options: &[
         OptionInfo {
             key: "spacing",
-            summary: "distance of slices",
+            summary: "distance of slices; without it, it is measured what the scene needs",
             unit: "pixels",
             range: "a number from 0.0625 to 16",
-            default: || Options::default().spacing.to_string(),
+            default: || "measured".into(),
         },
         OptionInfo {
             key: "tolerance",

@@ -9,6 +9,7 @@
 use crate::answer::{Answerer, Asks, SliceBuffers};
 use crate::fan_pixels::FanPixels;
 use crate::integrand::Integrand;
+use crate::probe::{Aim, Probe};
 use crate::shares::Shares;
 use crate::simd_level::{Level, at_level};
 use crate::slices::{Fan, Major, Slice};
@@ -25,6 +26,8 @@ pub struct SlicePass<'a> {
     pub shares: &'a Shares,
     pub refinement: Refinement,
     pub resampling: Resampling,
+    /// Measures gaps instead of filling them.
+    pub probe: Option<(&'a Probe, Aim)>,
     pub level: Level,
 }
 
@@ -153,7 +156,11 @@ impl SlicePass<'_> {
             worker.gaps.swap(0, 1);
             self.slice(fan, pixels, &slices[index], [first, own, last], worker);
             if has_before {
-                self.finish_gap(fan, [&slices[index - 1], &slices[index]], worker);
+                let between = [&slices[index - 1], &slices[index]];
+                match self.probe {
+                    Some((probe, aim)) => self.probe_gap(fan, between, (probe, aim), worker),
+                    None => self.finish_gap(fan, between, worker),
+                }
             }
             std::mem::swap(before, own);
             std::mem::swap(own, next);
@@ -246,6 +253,43 @@ impl SlicePass<'_> {
         worker.levels[0] = lists;
     }
 
+    /// Compares what a gap's two slices say of its middle with what a slice there says.
+    fn probe_gap(&self, fan: &Fan, between: [&Slice; 2], (probe, aim): (&Probe, Aim), worker: &mut Worker) {
+        let pixels = std::mem::take(&mut worker.gaps[0]);
+        if !pixels.is_empty() {
+            let [a, b] = between;
+            let middle = Slice::through(&self.answerer.epipole, fan.major, 0.5 * (a.exit + b.exit));
+            self.ask_all(&middle, fan, &pixels, worker);
+            for channel in 0..self.answerer.channels {
+                for (pixel, &share) in pixels.iter().zip(worker.asks.shares(channel)) {
+                    let (a, b) = (pixel.before[channel], pixel.behind[channel]);
+                    let allowed = aim.error * share.max(self.refinement.floor);
+                    // A difference that the tolerance sees becomes a finer gap.
+                    let seen = (b - a).abs()
+                        > 2.0 * self.refinement.tolerance * (0.5 * (a + b)).max(self.refinement.floor);
+                    let error = if seen && self.refinement.halvings > 0 {
+                        0.0
+                    } else {
+                        (share - 0.5 * (a + b)).abs()
+                    };
+                    probe.count(share, error, allowed);
+                }
+            }
+        }
+        worker.gaps[0] = pixels;
+    }
+
+    /// Asks a slice about pixels that come column by column.
+    fn ask_all(&self, slice: &Slice, fan: &Fan, pixels: &[GapPixel], worker: &mut Worker) {
+        let columns = [pixels[0].column, pixels[pixels.len() - 1].column + 1];
+        worker.asks.clear(worker.most_asks);
+        let depth = self.frame.depth().texels();
+        for pixel in pixels {
+            worker.asks.push(pixel.column - columns[0], self.answerer.end(depth[pixel.place as usize]));
+        }
+        self.answer(slice, fan, columns, worker);
+    }
+
     /// Writes a pixel's share, or lists it to be answered by a slice nearer to it.
     #[inline(always)]
     fn finish_pixel(&self, pixel: &GapPixel, level: u32, split: &mut Vec<GapPixel>) {
@@ -279,13 +323,7 @@ impl SlicePass<'_> {
     fn halve(&self, fan: &Fan, between: [&Slice; 2], level: u32, pixels: &[GapPixel], worker: &mut Worker) {
         let [a, b] = between;
         let middle = Slice::through(&self.answerer.epipole, fan.major, 0.5 * (a.exit + b.exit));
-        let columns = [pixels[0].column, pixels[pixels.len() - 1].column + 1];
-        worker.asks.clear(worker.most_asks);
-        let depth = self.frame.depth().texels();
-        for pixel in pixels {
-            worker.asks.push(pixel.column - columns[0], self.answerer.end(depth[pixel.place as usize]));
-        }
-        self.answer(&middle, fan, columns, worker);
+        self.ask_all(&middle, fan, pixels, worker);
         // Both halves take their answers before one of them needs the room.
         let below = level as usize + 1;
         let mut halves = std::mem::take(&mut worker.levels[below]);

@@ -98,11 +98,7 @@ impl SliceSet {
         let [width, height] = size.map(f64::from);
         self.fans.clear();
         self.slices.clear();
-        // Uniform exits need no more than a slice a step of the perimeter and a few for the ends of fans; sinh needs
-        // fewer. Diagonal uniform exits of an infinitely far epipole need less than the perimeter, too.
-        let most = (2.0 * (width + height) / spacing).ceil() as usize + 4 * MOST_FANS;
-        self.slices.reserve(most);
-        self.fans.reserve(MOST_FANS);
+        self.reserve(size, spacing);
         let edges = [
             Edge { at: width, length: height, axis: Major::X, ascending: true },
             Edge { at: 0.0, length: height, axis: Major::X, ascending: false },
@@ -112,6 +108,17 @@ impl SliceSet {
         for edge in edges {
             self.distribute_edge(epipole, &edge, spacing);
         }
+    }
+
+    /// Makes room for slices at a spacing, wherever the epipole is; returns for how many.
+    pub fn reserve(&mut self, size: [u32; 2], spacing: f64) -> usize {
+        let [width, height] = size.map(f64::from);
+        // Uniform exits need no more than a slice a step of the perimeter and a few for the ends of fans; sinh needs
+        // fewer. Diagonal uniform exits of an infinitely far epipole need less than the perimeter, too.
+        let most = (2.0 * (width + height) / spacing).ceil() as usize + 4 * MOST_FANS;
+        self.slices.reserve(most.saturating_sub(self.slices.len()));
+        self.fans.reserve(MOST_FANS.saturating_sub(self.fans.len()));
+        most
     }
 
     fn distribute_edge(&mut self, epipole: &Epipole, edge: &Edge, spacing: f64) {

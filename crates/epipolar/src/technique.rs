@@ -14,6 +14,7 @@ use crate::answer::{Answerer, Manner};
 use crate::fan_pixels::FanPixels;
 use crate::integrand::{Integrand, Precision};
 use crate::options::{Around, Options};
+use crate::probe::{Aim, Probe, SAMPLE};
 use crate::resolve::Resolve;
 use crate::shares::Shares;
 use crate::simd_level::{self, Level, at_level};
@@ -74,6 +75,55 @@ impl Epipolar {
 }
 
 impl Epipolar {
+    /// Distributes slices, finds the pixels of their fans, and cuts the gaps into tasks.
+    fn lay_slices(&mut self, frame: &Frame<'_>, epipole: &Epipole, spacing: f64) {
+        self.slices.distribute(epipole, frame.size(), spacing);
+        self.fan_pixels.resize_with(self.slices.fans.len().max(self.fan_pixels.len()), FanPixels::default);
+        self.tasks.clear();
+        for (index, fan) in self.slices.fans.iter().enumerate() {
+            self.fan_pixels[index].find(epipole, frame.size(), fan, &self.slices.slices);
+            self.tasks.extend((0..fan.count - 1).step_by(TASK).map(|first| (index, first)));
+        }
+    }
+
+    /// Fills all gaps, or measures a sample of them.
+    fn run_slices(
+        &mut self,
+        frame: &Frame<'_>,
+        epipole: Epipole,
+        channels: usize,
+        ring: f64,
+        probe: Option<(&Probe, Aim)>,
+    ) {
+        let Options { integrator, split_over, cells, resampling, refinement, .. } = self.options;
+        let manner = Manner { integrator, split_over, cells, ring: ring as f32, level: self.level };
+        let pass = SlicePass {
+            frame,
+            answerer: Answerer::new(frame, epipole, &self.integrand, manner, channels),
+            slices: &self.slices.slices,
+            shares: &self.shares,
+            refinement,
+            resampling,
+            probe,
+            level: self.level,
+        };
+        let fans = &self.slices.fans;
+        let next = AtomicUsize::new(0);
+        let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
+        for_each_worker(&mut self.workers, |scratch| {
+            while let Some(&(fan, first)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let end = (first + TASK).min(fans[fan].count - 1);
+                if probe.is_some() {
+                    for gap in (first..end).filter(|gap| gap % SAMPLE == SAMPLE / 2) {
+                        pass.run(&fans[fan], &fan_pixels[fan], gap..gap + 1, scratch);
+                    }
+                } else {
+                    pass.run(&fans[fan], &fan_pixels[fan], first..end, scratch);
+                }
+            }
+        });
+    }
+
     fn memory_bytes(&self) -> u64 {
         let slices = self.slices.slices.capacity() * size_of::<Slice>();
         let pixels = self.fan_pixels.iter().map(|fan| fan.ranges.capacity() * size_of::<[i32; 2]>());
@@ -118,15 +168,15 @@ impl VolumetricShadow for Epipolar {
         let pixel_count = width as usize * height as usize;
         let camera = frame.camera();
         let epipole = Epipole::new(camera, frame.light());
+        // Glass colours light that nothing shadows, too.
+        let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
         let diagonal = f64::from(width).hypot(f64::from(height));
-        let spacing = self.options.spacing.min(diagonal / LEAST_SLICES);
-        self.slices.distribute(&epipole, frame.size(), spacing);
-        self.fan_pixels.resize_with(self.slices.fans.len().max(self.fan_pixels.len()), FanPixels::default);
-        self.tasks.clear();
-        for (index, fan) in self.slices.fans.iter().enumerate() {
-            self.fan_pixels[index].find(&epipole, frame.size(), fan, &self.slices.slices);
-            self.tasks.extend((0..fan.count - 1).step_by(TASK).map(|first| (index, first)));
-        }
+        let mut spacing = self.options.spacing.min(diagonal / LEAST_SLICES);
+        // Room for what the next frame may need, however its spacing turns out.
+        let finest = self.options.aim.map_or(spacing, |aim| aim.finest.min(spacing));
+        let most = self.slices.reserve(frame.size(), finest);
+        self.tasks.reserve((most / TASK + 16).saturating_sub(self.tasks.len()));
+        self.lay_slices(frame, &epipole, spacing);
         let ring = match self.options.around {
             Around::Bands => 0.0,
             Around::Ring => RING_DEGREES.to_radians().sin(),
@@ -143,14 +193,9 @@ impl VolumetricShadow for Epipolar {
         self.integrand.rebuild(frame, bands, longest, precision);
         let channels = if frame.texture().is_some() { 3 } else { self.integrand.channels() };
         self.shares.resize(pixel_count, channels);
-        let workers = worker_count();
-        self.workers.resize_with(workers, Worker::default);
-        // Glass colours light that nothing shadows, too.
-        let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
-        let side = frame.shadow().layers().next().map_or(0, |layer| {
-            let [w, h] = layer.projection().size();
-            w.max(h) as usize
-        });
+        self.workers.resize_with(worker_count(), Worker::default);
+        let sides = frame.shadow().layers().flat_map(|layer| layer.projection().size());
+        let side = sides.max().unwrap_or(0) as usize;
         for worker in &mut self.workers {
             worker.reserve(frame, side, spacing, &self.integrand);
         }
@@ -159,26 +204,20 @@ impl VolumetricShadow for Epipolar {
         // Factors that miss their error by far are not used: every pixel is walked instead.
         let trusted = self.integrand.lamp_error() <= self.options.factor_error.max(WORST_LAMP_ERROR);
         if shadowed && trusted {
-            let Options { integrator, split_over, cells, resampling, refinement, .. } = self.options;
-            let manner = Manner { integrator, split_over, cells, ring: ring as f32, level: self.level };
-            let pass = SlicePass {
-                frame,
-                answerer: Answerer::new(frame, epipole, &self.integrand, manner, channels),
-                slices: &self.slices.slices,
-                shares: &self.shares,
-                refinement,
-                resampling,
-                level: self.level,
-            };
-            let fans = &self.slices.fans;
-            let next = AtomicUsize::new(0);
-            let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
-            for_each_worker(&mut self.workers, |scratch| {
-                while let Some(&(fan, first)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let end = (first + TASK).min(fans[fan].count - 1);
-                    pass.run(&fans[fan], &fan_pixels[fan], first..end, scratch);
+            if let Some(aim) = self.options.aim {
+                let finest = aim.finest.min(spacing);
+                while spacing > finest {
+                    let probe = Probe::default();
+                    self.run_slices(frame, epipole, channels, ring, Some((&probe, aim)));
+                    if probe.keeps(aim) {
+                        break;
+                    }
+                    spacing = (0.5 * spacing).max(finest);
+                    self.lay_slices(frame, &epipole, spacing);
                 }
-            });
+                clock.lap(&mut stats, "probe");
+            }
+            self.run_slices(frame, epipole, channels, ring, None);
         }
         clock.lap(&mut stats, "slices");
 
@@ -194,6 +233,7 @@ impl VolumetricShadow for Epipolar {
         clock.lap(&mut stats, "resolve");
         let sum = |count: fn(&Worker) -> u64| self.workers.iter().map(count).sum::<u64>();
         stats.counts.push("slices", sum(|worker| worker.counts().slices));
+        stats.counts.push("spacing in 1/64 pixel", (64.0 * spacing).round() as u64);
         stats.counts.push("bands", self.integrand.band_count() as u64);
         stats.counts.push("rank", self.integrand.rank() as u64);
         stats.counts.push("texel columns", sum(|worker| worker.counts().texels));
