@@ -19,7 +19,7 @@ use crate::technique::{Epipolar, ID};
 pub struct Options {
     /// Distance of slices \[pixels\], 1/16 to 16.
     pub spacing: f64,
-    /// What the spacing is measured for: it is halved from `spacing` on until the aim is kept. `None` takes it as it is.
+    /// What the spacing is measured for: it shrinks from `spacing` on until the aim is kept. `None` takes it as it is.
     pub aim: Option<Aim>,
     /// When a further slice goes between two that differ.
     pub refinement: Refinement,
@@ -75,7 +75,7 @@ impl Options {
         let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
         Self {
             spacing: spacing * scale,
-            aim: Some(Aim { error: 0.9 * level.error() as f32, finest: finest * scale }),
+            aim: Some(Aim { error: 0.75 * level.error() as f32, finest: finest * scale }),
             refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
             rank: None,
             factor_error,

@@ -3,12 +3,16 @@
 //! What lies between two slices depends on the scene, not on the image: open terrain is smooth over many pixels, a rose
 //! window changes within half a one. So some gaps get a further slice through their middle, and what interpolation would
 //! have given there is compared with what is there. If too many pixels are off, or all of them by too much, the spacing
-//! is halved and measured again. (Baran et al. 2010 choose one pixel for every scene.)
+//! shrinks and is measured again. (Baran et al. 2010 choose one pixel for every scene.)
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// One gap in this many is measured. Fewer miss rare shafts, more cost as much as the frame.
-pub const SAMPLE: usize = 20;
+/// One gap in how many is measured, of `gaps`. Fewer miss rare shafts, more cost as much as the frame.
+pub fn stride(gaps: usize) -> usize {
+    /// Gaps that are enough.
+    const ENOUGH: usize = 60;
+    (gaps / ENOUGH).clamp(4, 20)
+}
 
 /// What a measurement found. Whole numbers add up to the same in any order of threads.
 #[derive(Debug, Default)]
@@ -46,16 +50,22 @@ impl Probe {
         }
     }
 
-    /// Whether the spacing that was measured keeps the aim.
-    pub fn keeps(&self, aim: Aim) -> bool {
+    /// What the measured spacing is to be multiplied by; `None` if it keeps the aim.
+    ///
+    /// Both the pixels that are off and the RMS fall about in proportion to the spacing. The next spacing is measured
+    /// again, so a guess need not be right; it never skips more than two octaves, nor less than half of one.
+    pub fn finer(&self, aim: Aim) -> Option<f64> {
         let read = |sum: &AtomicU64| sum.load(Ordering::Relaxed) as f64;
         let pixels = read(&self.pixels);
-        if pixels == 0.0 {
-            return true;
+        let mean = read(&self.light) / f64::from(LIGHT_UNITS) / pixels.max(1.0);
+        let rms = (read(&self.squares) / f64::from(SQUARE_UNITS) / pixels.max(1.0)).sqrt();
+        // p99: one pixel in a hundred may be off.
+        let (over, allowed) = (read(&self.over), 0.01 * pixels);
+        let target = f64::from(aim.error) * mean;
+        if over <= allowed && rms <= target {
+            return None;
         }
-        let mean = read(&self.light) / f64::from(LIGHT_UNITS) / pixels;
-        let rms = (read(&self.squares) / f64::from(SQUARE_UNITS) / pixels).sqrt();
-        // 1 % of the pixels may be off: p99.
-        read(&self.over) <= 0.01 * pixels && rms <= f64::from(aim.error) * mean
+        let factor = (allowed / over.max(f64::MIN_POSITIVE)).min(target / rms.max(f64::MIN_POSITIVE));
+        Some(factor.clamp(0.25, std::f64::consts::FRAC_1_SQRT_2))
     }
 }

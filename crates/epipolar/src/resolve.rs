@@ -21,6 +21,7 @@ pub struct Resolve<'a> {
     shares: Option<(&'a Shares, usize)>,
     sun: Option<SunLight<'a>>,
     sigma_t: [f32; 3],
+    grey: bool,
 }
 
 impl<'a> Resolve<'a> {
@@ -30,7 +31,8 @@ impl<'a> Resolve<'a> {
             Light::Directional(sun) => Some(SunLight::new(frame, sun)),
             Light::Point(_) | Light::Spot(_) => None,
         };
-        Self { frame, shares, sun, sigma_t: frame.medium().sigma_t().map(|sigma| sigma as f32) }
+        let sigma_t = frame.medium().sigma_t().map(|sigma| sigma as f32);
+        Self { frame, shares, sun, sigma_t, grey: frame.medium().is_grey() }
     }
 
     /// Fills image row `y`; returns how many of its pixels no slice had answered.
@@ -50,18 +52,16 @@ impl<'a> Resolve<'a> {
             let mut radiance = self.unoccluded(x as u32, y, lanes, &ends);
             let mut left_out = 0u32;
             if let Some((slots, channels)) = self.shares {
-                for channel in 0..3 {
-                    if channel > 0 && channels == 1 {
-                        continue;
-                    }
-                    for lane in 0..lanes {
-                        match slots.take(first_pixel + x + lane, channel) {
-                            Some(share) if channels == 1 => {
-                                radiance.iter_mut().for_each(|values| values[lane] *= share);
-                            }
-                            Some(share) => radiance[channel][lane] *= share,
-                            None => left_out |= 1 << lane,
+                let mut shares = [1.0f32; LANES];
+                for (channel, values) in radiance.iter_mut().enumerate() {
+                    if channel < channels {
+                        slots.read(first_pixel + x, channel, &mut shares[..lanes]);
+                        for (lane, &share) in shares.iter().enumerate() {
+                            left_out |= u32::from(share < 0.0) << lane;
                         }
+                    }
+                    for lane in 0..LANES {
+                        values[lane] *= shares[lane];
                     }
                 }
             }
@@ -75,10 +75,18 @@ impl<'a> Resolve<'a> {
                 inscattered[x + lane as usize] = exact.as_vec3().to_array();
                 walked += 1;
             }
+            let mut through = [[1.0f32; LANES]; 3];
             for (channel, &sigma) in self.sigma_t.iter().enumerate() {
-                for lane in 0..lanes {
-                    transmittance[x + lane][channel] = transmittance_of(sigma, ends[lane]);
+                if channel > 0 && self.grey {
+                    through[channel] = through[0];
+                    continue;
                 }
+                for lane in 0..LANES {
+                    through[channel][lane] = transmittance_of(sigma, ends[lane]);
+                }
+            }
+            for lane in 0..lanes {
+                transmittance[x + lane] = std::array::from_fn(|channel| through[channel][lane]);
             }
         }
         walked

@@ -23,8 +23,9 @@ pub enum Cells {
     Box,
 }
 
-/// Cells that are rectified side by side.
-const LANES: usize = 16;
+/// Texel columns that are rectified side by side: four registers, and as many cache misses as a core keeps in flight
+/// while it gathers depths. Sixteen took 1.4 times as long on a 4096² map.
+const LANES: usize = 64;
 
 /// "No surface", as a depth that survives products with image coordinates in f32.
 const FARTHEST: f32 = 1e25;
@@ -160,13 +161,13 @@ impl Row {
                 }
             }
             // One bit a lane in which a run may begin: most lanes continue the run of the one before.
-            let mut changes = 0u32;
+            let mut changes = 0u64;
             for lane in 0..LANES {
                 let before = if lane == 0 { last } else { lit[3][lane - 1] };
                 let [a, b, c, d] = [lit[0][lane], lit[1][lane], lit[2][lane], lit[3][lane]];
-                changes |= u32::from((a ^ before) | (a ^ b) | (b ^ c) | (c ^ d) != 0) << lane;
+                changes |= u64::from((a ^ before) | (a ^ b) | (b ^ c) | (c ^ d) != 0) << lane;
             }
-            changes &= u32::MAX >> (32 - lanes as u32);
+            changes &= u64::MAX >> (LANES - lanes);
             last = lit[3][lanes - 1];
             while changes != 0 {
                 let lane = changes.trailing_zeros() as usize % LANES;

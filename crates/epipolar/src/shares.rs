@@ -6,7 +6,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// One slot a pixel and channel. A slot is empty before it is written and after it was taken.
+/// One slot a pixel and channel, empty until it is written.
 #[derive(Debug, Default)]
 pub struct Shares {
     slots: Vec<AtomicU32>,
@@ -18,12 +18,11 @@ pub const EMPTY: f32 = -1.0;
 
 impl Shares {
     /// Room for `pixels` pixels with one or three channels; all slots empty.
-    pub fn resize(&mut self, pixels: usize, channels: usize) {
-        let count = pixels * channels;
-        if self.pixels != pixels || self.slots.len() != count {
-            self.slots.clear();
-            self.slots.resize_with(count, || AtomicU32::new(EMPTY.to_bits()));
-            self.pixels = pixels;
+    pub fn clear(&mut self, pixels: usize, channels: usize) {
+        self.pixels = pixels;
+        self.slots.resize_with(pixels * channels, AtomicU32::default);
+        for slot in &mut self.slots {
+            *slot.get_mut() = EMPTY.to_bits();
         }
     }
 
@@ -33,13 +32,13 @@ impl Shares {
         self.slots[channel * self.pixels + pixel].store(share.to_bits(), Ordering::Relaxed);
     }
 
-    /// The share of a pixel, and empties its slot; `None` if no slice has written it.
+    /// The shares of the pixels from `first` on; negative where no slice has written one.
     #[inline(always)]
-    pub fn take(&self, pixel: usize, channel: usize) -> Option<f32> {
-        let slot = &self.slots[channel * self.pixels + pixel];
-        let share = f32::from_bits(slot.load(Ordering::Relaxed));
-        slot.store(EMPTY.to_bits(), Ordering::Relaxed);
-        (share >= 0.0).then_some(share)
+    pub fn read(&self, first: usize, channel: usize, out: &mut [f32]) {
+        let from = channel * self.pixels + first;
+        for (share, slot) in out.iter_mut().zip(&self.slots[from..]) {
+            *share = f32::from_bits(slot.load(Ordering::Relaxed));
+        }
     }
 
     /// Bytes held.

@@ -14,7 +14,7 @@ use crate::answer::{Answerer, Manner};
 use crate::fan_pixels::FanPixels;
 use crate::integrand::{Integrand, Precision};
 use crate::options::{Around, Options};
-use crate::probe::{Aim, Probe, SAMPLE};
+use crate::probe::{Aim, Probe, stride};
 use crate::resolve::Resolve;
 use crate::shares::Shares;
 use crate::simd_level::{self, Level, at_level};
@@ -31,6 +31,9 @@ const RING_DEGREES: f64 = 2.0;
 /// Slices along a diagonal, at least. What is seen between two slices is as wide as the image is, not as its pixels:
 /// a thumbnail of 13×9 pixels has the shadows of the whole view in it. Fewer miss them, more cost small images time.
 const LEAST_SLICES: f64 = 800.0;
+
+/// The same where the spacing is measured: too few, and the sample has no gaps.
+const FEWEST_SLICES: f64 = 200.0;
 
 /// Largest ratio of 1/sin β within a band. Wider bands need more terms, narrower ones more sweeps around the epipole.
 const WIDEST_BAND: f64 = 2.0;
@@ -108,13 +111,14 @@ impl Epipolar {
             level: self.level,
         };
         let fans = &self.slices.fans;
+        let stride = stride(self.slices.slices.len());
         let next = AtomicUsize::new(0);
         let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
         for_each_worker(&mut self.workers, |scratch| {
             while let Some(&(fan, first)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
                 let end = (first + TASK).min(fans[fan].count - 1);
                 if probe.is_some() {
-                    for gap in (first..end).filter(|gap| gap % SAMPLE == SAMPLE / 2) {
+                    for gap in (first..end).filter(|gap| gap % stride == stride / 2) {
                         pass.run(&fans[fan], &fan_pixels[fan], gap..gap + 1, scratch);
                     }
                 } else {
@@ -171,7 +175,10 @@ impl VolumetricShadow for Epipolar {
         // Glass colours light that nothing shadows, too.
         let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
         let diagonal = f64::from(width).hypot(f64::from(height));
-        let mut spacing = self.options.spacing.min(diagonal / LEAST_SLICES);
+        // A measured spacing needs no such guess.
+        let widest =
+            if self.options.aim.is_some() { diagonal / FEWEST_SLICES } else { diagonal / LEAST_SLICES };
+        let mut spacing = self.options.spacing.min(widest);
         // Room for what the next frame may need, however its spacing turns out.
         let finest = self.options.aim.map_or(spacing, |aim| aim.finest.min(spacing));
         let most = self.slices.reserve(frame.size(), finest);
@@ -192,7 +199,7 @@ impl VolumetricShadow for Epipolar {
         };
         self.integrand.rebuild(frame, bands, longest, precision);
         let channels = if frame.texture().is_some() { 3 } else { self.integrand.channels() };
-        self.shares.resize(pixel_count, channels);
+        self.shares.clear(pixel_count, channels);
         self.workers.resize_with(worker_count(), Worker::default);
         let sides = frame.shadow().layers().flat_map(|layer| layer.projection().size());
         let side = sides.max().unwrap_or(0) as usize;
@@ -209,10 +216,8 @@ impl VolumetricShadow for Epipolar {
                 while spacing > finest {
                     let probe = Probe::default();
                     self.run_slices(frame, epipole, channels, ring, Some((&probe, aim)));
-                    if probe.keeps(aim) {
-                        break;
-                    }
-                    spacing = (0.5 * spacing).max(finest);
+                    let Some(factor) = probe.finer(aim) else { break };
+                    spacing = (factor * spacing).max(finest);
                     self.lay_slices(frame, &epipole, spacing);
                 }
                 clock.lap(&mut stats, "probe");
@@ -221,8 +226,7 @@ impl VolumetricShadow for Epipolar {
         }
         clock.lap(&mut stats, "slices");
 
-        out.resize(frame.size());
-        let (inscattered, transmittance) = out.pixels_mut();
+        let (inscattered, transmittance) = out.overwritten(frame.size());
         let resolve = Resolve::new(frame, shadowed.then_some((&self.shares, channels)));
         let walked = AtomicU64::new(0);
         let level = self.level;

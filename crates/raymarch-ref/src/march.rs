@@ -108,7 +108,6 @@ impl VolumetricShadow for RayMarch {
         let mut clock = StageClock::start();
         let facts = SceneFacts::of(frame);
         let [width, height] = frame.size();
-        out.resize(frame.size());
         let band_count = height.div_ceil(TILE_SIDE) as usize;
         // One set of lanes a band even without cascades, so that bands and sets go together.
         let lanes_per_band = match frame.shadow() {
@@ -121,7 +120,7 @@ impl VolumetricShadow for RayMarch {
 
         let level = self.level;
         let band_pixels = (width * TILE_SIDE) as usize;
-        let (inscattered, transmittance) = out.pixels_mut();
+        let (inscattered, transmittance) = out.overwritten(frame.size());
         parallel::for_each_band(
             (inscattered, transmittance, &mut self.cascade_lanes),
             [band_pixels, lanes_per_band],

@@ -29,6 +29,15 @@ impl ScatterImage {
         self.transmittance.resize(count, [1.0; 3]);
     }
 
+    /// Both buffers with the given size and whatever they held before, for a technique that writes every pixel. Saves
+    /// the time to clear them, 24 bytes a pixel, where the size is the last frame's.
+    pub fn overwritten(&mut self, size: [u32; 2]) -> (&mut [[f32; 3]], &mut [[f32; 3]]) {
+        if self.size != size {
+            self.resize(size);
+        }
+        self.pixels_mut()
+    }
+
     /// `[width, height]`.
     pub fn size(&self) -> [u32; 2] {
         self.size

@@ -94,11 +94,13 @@ impl<const N: usize> Problem<'_, N> {
         (self.queries.ranks[query] - self.columns[0]) as usize
     }
 
-    /// The part of the run in which a query's ray ends, if it is lit there.
+    /// The part of the run in which a query's ray ends, if it is lit there. Without a branch: whether a pixel is lit is
+    /// what nobody can foresee.
     #[inline(always)]
     fn last_part(&self, query: usize) -> Terms<N> {
         let run = self.queries.runs[query] as usize;
-        if self.lit[run] > self.queries.ranks[query] { self.part(run, &self.ends[query]) } else { [0.0; N] }
+        let lit = if self.lit[run] > self.queries.ranks[query] { 1.0 } else { 0.0 };
+        self.part(run, &self.ends[query]).map(|term| lit * term)
     }
 }
 

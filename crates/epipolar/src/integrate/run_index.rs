@@ -1,7 +1,7 @@
 //! Which run a light ray is in: a table of buckets over γ, and a few steps from there.
 
 /// Buckets of a row. More make the table slower to fill, fewer the steps longer.
-const BUCKETS: usize = 256;
+const BUCKETS: usize = 1024;
 
 /// An index over the runs of one row.
 #[derive(Debug, Clone)]
