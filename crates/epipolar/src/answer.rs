@@ -297,8 +297,7 @@ impl<'a> Answerer<'a> {
     #[inline(always)]
     fn rectify(&self, plane: &SlicePlane, order: ColumnOrder, reach: f32, buffers: &mut SliceBuffers) {
         let columns = order.count() as u32;
-        let behind = if self.epipole.outward { columns } else { 0 };
-        let seen = Seen { cells: self.cells, columns, behind, split_over: self.split_over };
+        let seen = Seen { cells: self.cells, columns, split_over: self.split_over };
         let reach = f64::from(reach);
         let row = &mut buffers.row;
         row.clear(0);
