@@ -150,6 +150,8 @@ impl SliceBuffers {
         grow(&mut self.ends, asks * terms);
         grow(&mut self.sums, asks * terms);
         grow(&mut self.lamp_prefix, integrand.buffer_len());
+        // A lamp without a cone must not shine through that of the frame before.
+        self.cone.clear();
         self.cone.reserve(integrand.buffer_len());
         self.integrator.reserve(runs, columns, asks, terms);
     }
