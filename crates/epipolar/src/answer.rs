@@ -327,8 +327,14 @@ impl<'a> Answerer<'a> {
                         |face: &Option<(f32, usize, MapLine)>| face.as_ref().map_or(-1.0, |face| face.0);
                     start(a).total_cmp(&start(b))
                 });
+                let mut covered = -1.0;
                 for (_, face, line) in faces.into_iter().flatten() {
-                    append(line, &cube.face(face));
+                    // Along the edge between two faces both have the same light rays.
+                    let end = line.gamma.at(line.length);
+                    if end > covered {
+                        append(line, &cube.face(face));
+                        covered = end;
+                    }
                 }
             }
             ShadowMap::Unshadowed | ShadowMap::Cascades(_) => {}
