@@ -4,7 +4,11 @@
 #[path = "../../../raymarch-ref/tests/references/random_scene.rs"]
 mod random_scene;
 
+mod coloured;
+mod convergence;
+mod instances;
 mod intervals;
+mod judged;
 mod known_rows;
 mod row_of_pixel;
 mod rows;

@@ -82,7 +82,12 @@ impl RowOfPixel {
         let texels: u32 = parts.iter().map(|(line, _)| line.columns).sum();
         self.row.clear((2 * texels * (columns + 2) + 64) as usize);
         self.row.push(0.0, columns);
+        let mut covered = -1.0;
         for (line, layer) in &parts {
+            if line.gamma.at(line.length) <= covered {
+                continue; // The slice runs along the edge between two faces.
+            }
+            covered = line.gamma.at(line.length);
             self.row.append(chosen_level(), line, layer.texels(), seen);
             self.row.push(line.gamma.at(line.length), columns);
         }
