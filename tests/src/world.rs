@@ -6,6 +6,7 @@
 use glam::{DAffine3, DMat4, DVec3};
 use proptest::prelude::*;
 use raymarch_ref::{Options, RayMarch, ShadowMapWalk};
+use scatter::epipolar::{Epipolar, Options as EpipolarOptions};
 use scatter_core::{
     Camera, CubeShadow, DepthMap, Frame, Light, MapProjection, Medium, Phase, RayLight, ScatterImage,
     Scattering, ShadowLayer, ShadowMap, VolumetricShadow,
@@ -21,6 +22,9 @@ pub enum Method {
     ShadowMapWalk,
     /// The marcher with that many steps.
     RayMarch(u32),
+    /// Epipolar integration with uniform slices a quarter of a pixel apart and eight terms: without choices that
+    /// rounding could tip over.
+    Epipolar,
 }
 
 /// A light, before it is moved.
@@ -268,6 +272,7 @@ impl World {
             Method::RayMarch(steps) => self.render_with(
                 &mut RayMarch::new(Options { steps, ..Options::default() }).expect("sane options"),
             ),
+            Method::Epipolar => self.render_with(&mut Epipolar::new(uniform_slices())),
         }
     }
 
@@ -325,4 +330,10 @@ impl World {
             })
             .collect()
     }
+}
+
+fn uniform_slices() -> EpipolarOptions {
+    let mut options = EpipolarOptions { spacing: 0.25, rank: Some(8), ..EpipolarOptions::default() };
+    options.refinement.halvings = 0;
+    options
 }

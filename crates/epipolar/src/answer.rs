@@ -150,6 +150,7 @@ impl SliceBuffers {
         grow(&mut self.ends, asks * terms);
         grow(&mut self.sums, asks * terms);
         grow(&mut self.lamp_prefix, integrand.buffer_len());
+        // A lamp without a cone must not shine through that of the frame before.
         self.cone.clear();
         self.cone.reserve(integrand.buffer_len());
         self.integrator.reserve(runs, columns, asks, terms);
@@ -300,8 +301,7 @@ impl<'a> Answerer<'a> {
     #[inline(always)]
     fn rectify(&self, plane: &SlicePlane, order: ColumnOrder, reach: f32, buffers: &mut SliceBuffers) {
         let columns = order.count() as u32;
-        let behind = if self.epipole.outward { columns } else { 0 };
-        let seen = Seen { cells: self.cells, columns, behind, split_over: self.split_over };
+        let seen = Seen { cells: self.cells, columns, split_over: self.split_over };
         let reach = f64::from(reach);
         let row = &mut buffers.row;
         row.clear(0);
@@ -329,8 +329,14 @@ impl<'a> Answerer<'a> {
                         |face: &Option<(f32, usize, MapLine)>| face.as_ref().map_or(-1.0, |face| face.0);
                     start(a).total_cmp(&start(b))
                 });
+                let mut covered = -1.0;
                 for (_, face, line) in faces.into_iter().flatten() {
-                    append(line, &cube.face(face));
+                    // Along the edge between two faces both have the same light rays.
+                    let end = line.gamma.at(line.length);
+                    if end > covered {
+                        append(line, &cube.face(face));
+                        covered = end;
+                    }
                 }
             }
             ShadowMap::Unshadowed | ShadowMap::Cascades(_) => {}

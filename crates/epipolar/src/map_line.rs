@@ -188,6 +188,8 @@ impl MapLine {
         if !(speed > 0.0) {
             return None;
         }
+        // A slice may run along the edge between two faces of a cube: rounding must not leave it to neither. [texels]
+        const EDGE: f64 = 1e-9;
         let size = DVec2::from(projection.size().map(f64::from));
         let normal = line.truncate();
         let middle = 0.5 * size;
@@ -196,12 +198,12 @@ impl MapLine {
         let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
         for (axis, &count) in size.as_ref().iter().enumerate() {
             if step[axis] == 0.0 {
-                if !(base[axis] >= 0.0 && base[axis] < count) {
+                if !(base[axis] >= -EDGE && base[axis] <= count + EDGE) {
                     return None;
                 }
                 continue;
             }
-            let (one, other) = (-base[axis] / step[axis], (count - base[axis]) / step[axis]);
+            let (one, other) = ((-EDGE - base[axis]) / step[axis], (count + EDGE - base[axis]) / step[axis]);
             from = from.max(one.min(other));
             to = to.min(one.max(other));
         }

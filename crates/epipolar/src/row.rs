@@ -30,9 +30,6 @@ const LANES: usize = 64;
 /// "No surface", as a depth that survives products with image coordinates in f32.
 const FARTHEST: f32 = 1e25;
 
-/// Smallest depth that is divided by.
-const NEAREST: f32 = 1e-30;
-
 /// No number of columns.
 const NONE: u32 = u32::MAX;
 
@@ -249,8 +246,6 @@ pub struct Seen {
     pub cells: Cells,
     /// Number of columns.
     pub columns: u32,
-    /// How many of them see a light ray lit that ends behind the camera: all or none.
-    pub behind: u32,
     /// Columns that a texel may hide before its light rays are told apart.
     pub split_over: f32,
 }
@@ -259,12 +254,11 @@ pub struct Seen {
 struct Surface<'a> {
     line: &'a MapLine,
     columns: f32,
-    behind: f32,
 }
 
 impl<'a> Surface<'a> {
     fn new(line: &'a MapLine, seen: Seen) -> Self {
-        Self { line, columns: seen.columns as f32, behind: seen.behind as f32 }
+        Self { line, columns: seen.columns as f32 }
     }
 
     /// Columns that see a surface's light rays from t to t' lit, with the surface at a stored depth.
@@ -277,8 +271,10 @@ impl<'a> Surface<'a> {
         ends.map(|t| {
             let (numerator, denominator) =
                 (numerator[0] + numerator[1] * t, denominator[0] + denominator[1] * t);
-            // At 0 the surface is seen infinitely far to one side: on a slice's axis, under light along the image plane.
-            let lit = if denominator >= 0.0 { numerator / denominator.max(NEAREST) } else { self.behind };
+            // Behind the camera all columns see it lit, or none. Compared with the denominator, for one that should
+            // be 0 (the light is parallel to the image plane) may have any sign.
+            let behind = if numerator < denominator { 0.0 } else { self.columns };
+            let lit = if denominator > 0.0 { numerator / denominator } else { behind };
             lit.max(0.0).min(self.columns)
         })
     }

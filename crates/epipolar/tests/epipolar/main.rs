@@ -1,0 +1,15 @@
+//! Rows, slices and whole images of the epipolar integrator against the exact walk through the map.
+
+#[expect(dead_code, reason = "shared with the references' tests, which use all of it")]
+#[path = "../../../raymarch-ref/tests/references/random_scene.rs"]
+mod random_scene;
+
+mod coloured;
+mod convergence;
+mod instances;
+mod intervals;
+mod judged;
+mod known_rows;
+mod row_of_pixel;
+mod rows;
+mod slices;
