@@ -333,7 +333,8 @@ impl World {
 }
 
 fn uniform_slices() -> EpipolarOptions {
-    let mut options = EpipolarOptions { spacing: 0.25, rank: Some(8), ..EpipolarOptions::default() };
+    let mut options =
+        EpipolarOptions { spacing: 0.25, aim: None, rank: Some(8), ..EpipolarOptions::default() };
     options.refinement.halvings = 0;
     options
 }

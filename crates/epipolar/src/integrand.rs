@@ -282,7 +282,8 @@ impl LampChannel {
         let [b_min, b_max] = bands.angles;
         self.bands.rebuild(&around, b_min, b_max, max_rank, precision.error);
         let count = self.bands.bands().len();
-        self.pieces.resize_with(count.max(self.pieces.len()), Vec::new);
+        // One more than there are, all of them as wide as can be: the camera's next step may ask for it.
+        self.pieces.resize_with((count + 1).max(self.pieces.len()), || Vec::with_capacity(8 * TURNS));
         for (pieces, factors) in self.pieces.iter_mut().zip(self.bands.bands()) {
             pieces.clear();
             let lanes = factors.lanes();

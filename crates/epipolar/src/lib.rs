@@ -1,4 +1,36 @@
 //! Epipolar integration of volumetric shadows: Baran et al. 2010 in full, and what goes beyond it.
+//!
+//! All view rays of an epipolar slice share the slice's light rays. A light ray is lit up to one depth and dark behind
+//! it, so one pass over a slice finds what every one of its view rays sees of the light, instead of one march a pixel.
+//!
+//! ```text
+//! camera, light ──▶ Epipole ──▶ SliceSet (sinh-spaced lines in fans) ──▶ FanPixels (each pixel in one gap)
+//!                                        │
+//!      for each slice:   MapLine ──▶ Row (light rays as runs: rectify)
+//!                        Factors (Γ·B) + Row + pixels ──▶ Integrator (sweep, tree, cursor) ──▶ shares
+//!                                        │
+//!      gaps whose slices differ get a slice in between ──▶ shares of the unoccluded light ──▶ resolve ──▶ image
+//! ```
+//!
+//! # Departures from the paper
+//!
+//! - **The view ray's coordinate is the pixel column**, not the angle β: monotone in β, one division, and rectified view
+//!   rays are the image's own. Each pixel asks its two slices with its own depth; nothing is resampled.
+//! - **Cells end at the true texel crossings**, and a texel's flat surface is cut where it passes from one view ray to
+//!   the next: along a slice the answer is that of the exact walk through the map ([`Cells::Exact`]).
+//! - **Light rays are runs** of neighbours that end at the same view ray; sums over runs are the same sums.
+//! - **Bands of 1/sin β with shared factors** instead of a marched ring around the epipole ([`Around`]).
+//! - **The answer is a share**: a quotient of two sums with the same factors, times the closed form. Unoccluded and dark
+//!   pixels are exact at any rank.
+//! - **Slices are spaced by measurement**: a sample of gaps is compared with a slice through its middle, and gaps whose
+//!   two slices differ are halved for the pixels in doubt ([`Refinement`], [`Aim`]).
+//! - **Lamps** without 1/d² (it cancels against the Jacobian), γ as a monotone number without an arc tangent ([`turn`]).
+//!
+//! # What it cannot do
+//!
+//! Orthographic cameras, cascades, and lamps in media with |g| > 0.99 are `Unsupported`. What is thinner than the gap
+//! between two slices that agree is not seen. Factors of a lamp whose measured error is above 1 % (backward lobes over
+//! long rays in thin fog) are not used: its pixels are walked one by one, which is slow.
 
 mod epipole;
 mod fan_pixels;

@@ -19,6 +19,9 @@ use crate::technique::{Epipolar, ID};
 pub struct Options {
     /// Distance of slices \[pixels\], 1/16 to 16.
     pub spacing: f64,
+    /// Slices along the image's diagonal, at least, where the spacing is not measured; > 0. What lies between two slices
+    /// is a part of the view, not of a pixel: a thumbnail of 13×9 pixels has the shadows of the whole scene in it.
+    pub fewest_slices: f64,
     /// What the spacing is measured for: it shrinks from `spacing` on until the aim is kept. `None` takes it as it is.
     pub aim: Option<Aim>,
     /// When a further slice goes between two that differ.
@@ -75,6 +78,7 @@ impl Options {
         let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
         Self {
             spacing: spacing * scale,
+            fewest_slices: 800.0,
             aim: Some(Aim { error: 0.75 * level.error() as f32, finest: finest * scale }),
             refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
             rank: None,
@@ -119,6 +123,9 @@ impl Options {
             "spacing" => {
                 self.aim = None;
                 self.spacing = INFO.parse("spacing", value, |s| (1.0 / 16.0..=16.0).contains(s))?;
+            }
+            "fewest" => {
+                self.fewest_slices = INFO.parse("fewest", value, |n| (1.0..=1e4).contains(n))?;
             }
             "tolerance" => {
                 self.refinement.tolerance = INFO.parse("tolerance", value, |t| (0.0..=1.0).contains(t))?;
@@ -222,6 +229,13 @@ static INFO: TechniqueInfo = TechniqueInfo {
             unit: "pixels",
             range: "a number from 0.0625 to 16",
             default: || "measured".into(),
+        },
+        OptionInfo {
+            key: "fewest",
+            summary: "slices along the diagonal, at least, whatever the spacing is set to",
+            unit: "",
+            range: "a number from 1 to 10000",
+            default: || Options::default().fewest_slices.to_string(),
         },
         OptionInfo {
             key: "tolerance",

@@ -28,11 +28,7 @@ pub const ID: &str = "epipolar";
 /// Half angle of the ring around the epipole that the paper marches (Section 6: "about two degrees").
 const RING_DEGREES: f64 = 2.0;
 
-/// Slices along a diagonal, at least. What is seen between two slices is as wide as the image is, not as its pixels:
-/// a thumbnail of 13×9 pixels has the shadows of the whole view in it. Fewer miss them, more cost small images time.
-const LEAST_SLICES: f64 = 800.0;
-
-/// The same where the spacing is measured: too few, and the sample has no gaps.
+/// Slices along a diagonal, at least, where the spacing is measured: fewer, and the sample has no gaps.
 const FEWEST_SLICES: f64 = 200.0;
 
 /// Largest ratio of 1/sin β within a band. Wider bands need more terms, narrower ones more sweeps around the epipole.
@@ -176,8 +172,11 @@ impl VolumetricShadow for Epipolar {
         let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
         let diagonal = f64::from(width).hypot(f64::from(height));
         // A measured spacing needs no such guess.
-        let widest =
-            if self.options.aim.is_some() { diagonal / FEWEST_SLICES } else { diagonal / LEAST_SLICES };
+        let widest = if self.options.aim.is_some() {
+            diagonal / FEWEST_SLICES
+        } else {
+            diagonal / self.options.fewest_slices
+        };
         let mut spacing = self.options.spacing.min(widest);
         // Room for what the next frame may need, however its spacing turns out.
         let finest = self.options.aim.map_or(spacing, |aim| aim.finest.min(spacing));

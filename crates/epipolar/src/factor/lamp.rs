@@ -86,6 +86,22 @@ impl LampBands {
             (width, high) = (high - from, from);
         }
         self.bands[..self.count].reverse();
+        self.keep_a_spare();
+    }
+
+    /// Memory for one band more: the camera's next step may ask for it.
+    fn keep_a_spare(&mut self) {
+        if self.bands.len() == self.count && self.count < Self::MOST {
+            let widest = |table: fn(&LampFactors) -> &Vec<f32>| {
+                self.bands.iter().map(|band| table(band).capacity()).max().unwrap_or(0)
+            };
+            let (gamma, weights) = (widest(|band| &band.gamma), widest(|band| &band.weights));
+            let mut spare = LampFactors::default();
+            spare.gamma.reserve(gamma);
+            spare.weights.reserve(weights);
+            self.bands.reserve(Self::MOST);
+            self.bands.push(spare);
+        }
     }
 
     /// The bands, smallest b first; each begins where the one before ends.
@@ -260,8 +276,13 @@ fn intervals(length: f64, feature: f64, per_feature: f64, shortest: usize) -> us
 /// A table of values at uniform places in [0, 1], `[node][lane]`; lanes from `rank` on are zero.
 fn fill(table: &mut Vec<f32>, rank: usize, intervals: usize, values: impl Fn(f64) -> [f64; MAX_RANK]) {
     let lanes = rank.next_power_of_two();
+    let length = (intervals + 1) * lanes;
     table.clear();
-    table.resize((intervals + 1) * lanes, 0.0);
+    if table.capacity() < length {
+        // Twice as much: the camera's next step may ask for a little more.
+        table.reserve(2 * length);
+    }
+    table.resize(length, 0.0);
     for (i, node) in table.chunks_exact_mut(lanes).enumerate() {
         let values = values(i as f64 / intervals as f64);
         node[..rank].iter_mut().zip(values).for_each(|(entry, value)| *entry = value as f32);
