@@ -29,7 +29,7 @@
 //! # What it cannot do
 //!
 //! Orthographic cameras, cascades, and lamps in media with |g| > 0.99 are `Unsupported`. What is thinner than the gap
-//! between two slices that agree is not seen. Factors of a lamp whose measured error is above 1 % (backward lobes over
+//! between two slices that agree is not seen. Factors of a lamp whose measured error is above 0.4 % (backward lobes over
 //! long rays in thin fog) are not used: its pixels are walked one by one, which is slow.
 
 mod epipole;

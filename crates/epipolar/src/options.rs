@@ -59,6 +59,9 @@ pub enum Around {
 /// whole, so smaller images need slices that are closer together in pixels.
 const TUNED_DIAGONAL: f64 = 1600.0;
 
+/// Image diagonal \[pixels\] from which on the presets measure their spacing. Below it a sample of gaps says little.
+const LEAST_MEASURED_DIAGONAL: f64 = 480.0;
+
 impl Default for Options {
     fn default() -> Self {
         Self::for_quality(Quality::default(), [1280, 960])
@@ -71,15 +74,19 @@ impl Options {
     pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
         let (spacing, finest, tolerance, halvings, factor_error) = match level {
             Quality::Preview => (4.0, 2.0, 0.2, 2, 2e-2),
-            Quality::Game => (4.0, 0.5, 0.05, 3, 6e-3),
-            Quality::Film => (4.0, 0.125, 0.012, 3, 2e-3),
+            Quality::Game => (4.0, 0.25, 0.03, 3, 6e-3),
+            Quality::Film => (4.0, 0.125, 0.009, 3, 2e-3),
         };
+        // What the sample predicts is met by most scenes; half of it leaves room for the others.
+        let aim = Aim { error: 0.5 * level.error() as f32, finest };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
         let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
+        // Small images have too few gaps for a sample, and cost little anyway.
+        let measured = diagonal >= LEAST_MEASURED_DIAGONAL;
         Self {
-            spacing: spacing * scale,
+            spacing: scale * if measured { spacing } else { 2.0 * finest },
             fewest_slices: 800.0,
-            aim: Some(Aim { error: 0.75 * level.error() as f32, finest: finest * scale }),
+            aim: measured.then_some(Aim { finest: finest * scale, ..aim }),
             refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
             rank: None,
             factor_error,

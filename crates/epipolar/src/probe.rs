@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// One gap in how many is measured, of `gaps`. Fewer miss rare shafts, more cost as much as the frame.
 pub fn stride(gaps: usize) -> usize {
     /// Gaps that are enough.
-    const ENOUGH: usize = 60;
+    const ENOUGH: usize = 100;
     (gaps / ENOUGH).clamp(4, 20)
 }
 

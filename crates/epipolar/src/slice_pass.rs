@@ -264,14 +264,11 @@ impl SlicePass<'_> {
                 for (pixel, &share) in pixels.iter().zip(worker.asks.shares(channel)) {
                     let (a, b) = (pixel.before[channel], pixel.behind[channel]);
                     let allowed = aim.error * share.max(self.refinement.floor);
-                    // A difference that the tolerance sees becomes a finer gap.
-                    let seen = (b - a).abs()
-                        > 2.0 * self.refinement.tolerance * (0.5 * (a + b)).max(self.refinement.floor);
-                    let error = if seen && self.refinement.halvings > 0 {
-                        0.0
-                    } else {
-                        (share - 0.5 * (a + b)).abs()
-                    };
+                    // A difference that the tolerance sees is left to a gap as fine as halvings make it.
+                    let Refinement { tolerance, floor, halvings, .. } = self.refinement;
+                    let seen = (b - a).abs() > 2.0 * tolerance * (0.5 * (a + b)).max(floor);
+                    let finer = if seen { 1.0 / (1u32 << halvings) as f32 } else { 1.0 };
+                    let error = finer * (share - 0.5 * (a + b)).abs();
                     probe.count(share, error, allowed);
                 }
             }

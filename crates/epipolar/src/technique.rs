@@ -34,9 +34,9 @@ const FEWEST_SLICES: f64 = 200.0;
 /// Largest ratio of 1/sin β within a band. Wider bands need more terms, narrower ones more sweeps around the epipole.
 const WIDEST_BAND: f64 = 2.0;
 
-/// Error of a lamp's factors beyond which pixels are walked: a film's error. Only backward lobes over long rays in thin
+/// Error of a lamp's factors beyond which pixels are walked: well below a film's. Only backward lobes over long rays in thin
 /// fog miss it.
-const WORST_LAMP_ERROR: f64 = 0.01;
+const WORST_LAMP_ERROR: f64 = 0.004;
 
 /// Largest |g| of a medium around a lamp.
 const MOST_LAMP_G: f64 = 0.99;

@@ -2,7 +2,8 @@
 
 use super::*;
 
-const RUN: [&str; 7] = ["validate", "--shot", "wall.toml", "--shadow-map", "32", "--set", "steps=4096"];
+const RUN: [&str; 9] =
+    ["validate", "--shot", "wall.toml", "--shadow-map", "32", "--method", "raymarch", "--set", "steps=4096"];
 
 /// A run's document, written to `before.json` after `change`.
 fn write_baseline(folder: &Path, change: impl Fn(&mut Value)) {

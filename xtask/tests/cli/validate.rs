@@ -28,7 +28,7 @@ fn the_document_has_machine_and_rows() {
 fn a_missed_level_is_exit_code_1_and_a_line_that_says_why() {
     let folder = tempfile::tempdir().unwrap();
     write_shot(folder.path());
-    let output = xtask(folder.path(), &[&TINY[..], &["--set", "steps=1"]].concat());
+    let output = xtask(folder.path(), &[&TINY[..], &["--method", "raymarch", "--set", "steps=1"]].concat());
     let stdout = String::from_utf8(output.stdout.clone()).unwrap();
     assert_eq!(code(&output), 1, "{stdout}");
     assert!(stdout.contains("FAIL raymarch on wall: misses game"), "{stdout}");
