@@ -19,8 +19,8 @@ use crate::technique::{Epipolar, ID};
 pub struct Options {
     /// Distance of slices \[pixels\], 1/16 to 16.
     pub spacing: f64,
-    /// Slices along the image's diagonal, at least, where the spacing is not measured; > 0. What lies between two slices
-    /// is a part of the view, not of a pixel: a thumbnail of 13×9 pixels has the shadows of the whole scene in it.
+    /// Slices a radian of the image's middle, at least, where the spacing is not measured; > 0. What lies between two
+    /// slices is a part of the view, not of a pixel: a thumbnail of 13×9 pixels has the shadows of the whole scene in it.
     pub fewest_slices: f64,
     /// What the spacing is measured for: it shrinks from `spacing` on until the aim is kept. `None` takes it as it is.
     pub aim: Option<Aim>,
@@ -85,7 +85,7 @@ impl Options {
         let measured = diagonal >= LEAST_MEASURED_DIAGONAL;
         Self {
             spacing: scale * if measured { spacing } else { 2.0 * finest },
-            fewest_slices: 800.0,
+            fewest_slices: 400.0,
             aim: measured.then_some(Aim { finest: finest * scale, ..aim }),
             refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
             rank: None,
@@ -239,7 +239,7 @@ static INFO: TechniqueInfo = TechniqueInfo {
         },
         OptionInfo {
             key: "fewest",
-            summary: "slices along the diagonal, at least, whatever the spacing is set to",
+            summary: "slices a radian, at least, whatever the spacing is set to",
             unit: "",
             range: "a number from 1 to 10000",
             default: || Options::default().fewest_slices.to_string(),
@@ -351,8 +351,11 @@ impl Technique for EpipolarTechnique {
             (0.25, 0.003, 6),
         ];
         let values = |(spacing, tolerance, halvings): (f64, f64, u32)| {
-            let numbers = [spacing.to_string(), tolerance.to_string(), halvings.to_string()];
-            ["spacing", "tolerance", "halvings"].into_iter().zip(numbers).collect()
+            // Small or wide images are cut by the radian, not by the pixel.
+            let fewest = if halvings == MOST_HALVINGS { 2000.0 } else { 400.0 };
+            let numbers =
+                [spacing.to_string(), tolerance.to_string(), halvings.to_string(), fewest.to_string()];
+            ["spacing", "tolerance", "halvings", "fewest"].into_iter().zip(numbers).collect()
         };
         rungs.into_iter().map(values).collect()
     }

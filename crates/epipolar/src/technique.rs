@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use scatter_core::{
     Frame, Phase, Projection, RenderError, RenderStats, ScatterImage, ShadowMap, StageClock, Unsupported,
-    VolumetricShadow,
+    VolumetricShadow, Window,
 };
 
 use crate::bands::Bands;
@@ -28,8 +28,8 @@ pub const ID: &str = "epipolar";
 /// Half angle of the ring around the epipole that the paper marches (Section 6: "about two degrees").
 const RING_DEGREES: f64 = 2.0;
 
-/// Slices along a diagonal, at least, where the spacing is measured: fewer, and the sample has no gaps.
-const FEWEST_SLICES: f64 = 200.0;
+/// Slices a radian, at least, where the spacing is measured: fewer, and the sample has no gaps.
+const FEWEST_SLICES: f64 = 100.0;
 
 /// Largest ratio of 1/sin β within a band. Wider bands need more terms, narrower ones more sweeps around the epipole.
 const WIDEST_BAND: f64 = 2.0;
@@ -170,13 +170,13 @@ impl VolumetricShadow for Epipolar {
         let epipole = Epipole::new(camera, frame.light());
         // Glass colours light that nothing shadows, too.
         let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
-        let diagonal = f64::from(width).hypot(f64::from(height));
+        // Pixels a radian in the middle of the image, along the coarser axis.
+        let Window { left, right, bottom, top } = camera.window();
+        let per_radian =
+            (f64::from(width) / (right - left).abs()).min(f64::from(height) / (top - bottom).abs());
         // A measured spacing needs no such guess.
-        let widest = if self.options.aim.is_some() {
-            diagonal / FEWEST_SLICES
-        } else {
-            diagonal / self.options.fewest_slices
-        };
+        let fewest = if self.options.aim.is_some() { FEWEST_SLICES } else { self.options.fewest_slices };
+        let widest = per_radian / fewest;
         let mut spacing = self.options.spacing.min(widest);
         // Room for what the next frame may need, however its spacing turns out.
         let finest = self.options.aim.map_or(spacing, |aim| aim.finest.min(spacing));
