@@ -36,7 +36,7 @@ fn a_missed_level_is_exit_code_1_and_a_line_that_says_why() {
     assert_eq!(code(&output), 1, "{stdout}");
     assert!(stdout.contains("FAIL raymarch on wall: misses game"), "{stdout}");
     let table: Vec<&str> = stdout.lines().filter(|line| line.starts_with("wall")).collect();
-    assert_eq!(table.len(), 1);
+    assert_eq!(table.len(), 2);
     assert!(table.iter().all(|line| line.chars().count() <= 120), "{stdout}");
 }
 
