@@ -243,6 +243,17 @@ impl VolumetricShadow for Epipolar {
         stats.counts.push("runs", sum(|worker| worker.counts().runs));
         stats.counts.push("queries", sum(|worker| worker.counts().queries));
         stats.counts.push("walked pixels", walked.into_inner());
+        let medium = frame.medium();
+        let modelled = [
+            ("transmittance", medium.sigma_t().iter().any(|&sigma| sigma > 0.0)),
+            ("rgb-extinction", !medium.is_grey()),
+            ("phase", medium.components().iter().any(|component| !component.phase.is_isotropic())),
+            ("light-texture", frame.texture().is_some()),
+            ("shadow-map", frame.shadow().casts_shadow()),
+        ];
+        for (name, _) in modelled.into_iter().filter(|(_, is_modelled)| *is_modelled) {
+            stats.modelled.push(name, ());
+        }
         stats.memory_bytes = self.memory_bytes();
         Ok(stats)
     }
