@@ -14,10 +14,10 @@ use crate::integrate::{
 use crate::map_line::{ColumnOrder, MapLine, turn};
 use crate::row::{Cells, Row, Seen};
 use crate::shares::EMPTY;
-use crate::simd_level::Level;
 use crate::slice_plane::SlicePlane;
 use crate::slices::{Major, Slice};
 use crate::tint::TintedRow;
+use scatter_core::Level;
 
 /// Length of a view ray that never ends: far enough for any lamp, and its products stay within f32.
 const FARTHEST: f64 = 1e18;

@@ -41,7 +41,6 @@ mod exact_cells;
 mod extrema;
 mod map_line;
 mod row;
-mod simd_level;
 mod tint;
 
 mod bands;
@@ -71,7 +70,6 @@ pub use map_line::{ColumnOrder, Gamma, MapLine, direction_of_turn, turn};
 pub use options::{Around, EpipolarTechnique, Options, TECHNIQUE};
 pub use probe::Aim;
 pub use row::{Cells, Row, Seen};
-pub use simd_level::{Level, chosen as chosen_level};
 pub use slice_pass::{MOST_HALVINGS, Refinement, Resampling};
 pub use slice_plane::{STEEPEST, SlicePlane};
 pub use slices::{Fan, Major, Slice, SliceSet};

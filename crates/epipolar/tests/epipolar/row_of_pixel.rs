@@ -1,10 +1,8 @@
 //! The rectified row of the slice that goes exactly through one pixel's centre, made of the crate's public stages.
 
-use epipolar::{
-    Cells, ColumnOrder, Epipole, Extrema, Major, MapLine, Row, Seen, Slice, SlicePlane, chosen_level,
-};
+use epipolar::{Cells, ColumnOrder, Epipole, Extrema, Major, MapLine, Row, Seen, Slice, SlicePlane};
 use glam::{DVec2, DVec3};
-use scatter_core::{Frame, MapProjection, ShadowMap};
+use scatter_core::{Frame, MapProjection, ShadowMap, simd_level};
 
 use crate::intervals::Intervals;
 
@@ -82,7 +80,7 @@ impl RowOfPixel {
                 .collect(),
         };
         let mut extrema = Extrema::default();
-        extrema.rebuild(chosen_level(), frame.shadow());
+        extrema.rebuild(simd_level(), frame.shadow());
         parts.sort_by(|a, b| a.0.gamma.at(0.0).total_cmp(&b.0.gamma.at(0.0)));
         // Room for a cut at every column of every cell.
         let texels: u32 = parts.iter().map(|(line, ..)| line.columns).sum();
@@ -94,7 +92,7 @@ impl RowOfPixel {
                 continue; // The slice runs along the edge between two faces.
             }
             covered = line.gamma.at(line.length);
-            self.row.append(chosen_level(), line, layer.texels(), extrema.layer(*index), seen);
+            self.row.append(simd_level(), line, layer.texels(), extrema.layer(*index), seen);
             self.row.push(line.gamma.at(line.length), columns);
         }
         self.row.finish();
