@@ -18,6 +18,9 @@ use crate::select::{ShotSource, at_size, baseline, map_size};
 /// Longest frame of a setting beyond which finer ones are left out with `--quick` \[ms\].
 const QUICK_FRAME_MS: f64 = 150.0;
 
+/// What a sweep is called on a page.
+pub const HEADING: &str = "Speed and accuracy: time to each quality level";
+
 /// Techniques on shots.
 pub struct Job {
     /// How they are rendered.
@@ -30,9 +33,11 @@ pub struct Job {
     pub settings: Settings,
 }
 
+/// What the tables of settings mean.
 pub const RUNGS_MEAN: &str = "Settings: errors against truth-shadow-map, /ray against truth-raycast; level: the finest that \
                           is reached; *: on the Pareto front, no setting of any technique is both faster on one thread \
                           and more exact.";
+/// What the table of levels means.
 pub const LEVELS_MEAN: &str = "Time to each quality level (p99 and rel_rmse both within it): a technique's cheapest setting \
                            that reaches it, ms on one thread, in brackets the marcher's time at its own cheapest over \
                            it; the map's error: rel_rmse of truth-shadow-map against truth-raycast, below which more \
@@ -111,8 +116,8 @@ impl Job {
         let rendering = &self.rendering;
         let size = match (rendering.size, rendering.quick) {
             (Some([width, height]), _) => format!("{width}x{height}"),
-            (None, true) => "small images".into(),
-            (None, false) => "images of the shots' own sizes".into(),
+            (None, true) => "Small images".into(),
+            (None, false) => "Images of the shots' own sizes".into(),
         };
         let n = map_size(rendering);
         let repeat = rendering.repeat;

@@ -14,7 +14,7 @@ use scatter_validate::{Machine, SHADOW_MAP_TRUTH};
 use serde::Serialize;
 
 use super::page;
-use super::sweep::{Job, LEVELS_MEAN, RUNGS_MEAN, map_errors};
+use super::sweep::{HEADING, Job, LEVELS_MEAN, RUNGS_MEAN, map_errors};
 use crate::Verdict;
 use crate::flags::Tradeoff;
 use crate::output::{check_folder, check_writable, print, print_json, stderr_line, write_text};
@@ -76,7 +76,7 @@ impl Run<'_> {
         let levels: Vec<LevelRow> = trades.iter().flat_map(level_rows).collect();
         let level_table = level_table(&levels, &map_errors(&trades));
         self.write_plot(|| trades.iter().map(|trade| (trade.shot.as_str(), trade_plot(trade))).collect())?;
-        self.write_report("Time to each quality level", || self.job.section(&trades, threads))?;
+        self.write_report(HEADING, || self.job.section(&trades, threads))?;
         if self.flags.rendering.json {
             let rows = trades.iter().flat_map(|trade| &trade.rungs).collect();
             print_json(&SweepDocument { machine: &self.machine, rows, levels: &levels })?;

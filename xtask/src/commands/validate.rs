@@ -15,7 +15,7 @@ use scatter_validate::{
 use serde::Serialize;
 
 use super::foreign::Foreign;
-use super::sweep::Job;
+use super::sweep::{self, Job};
 use super::{page, stress};
 use crate::Verdict;
 use crate::flags::{Rendering, Validate};
@@ -174,7 +174,9 @@ fn begin(flags: &Validate, machine: &Machine) -> Report {
     report.add_setting("quality level", format!("{level}: errors up to {} %", 100.0 * level.error()));
     let n = map_size(rendering);
     report.add_setting("shadow map", format!("{n}x{n} texels"));
-    report.add_setting("times", format!("median of {} after one to warm up", rendering.repeat));
+    let runs =
+        if rendering.repeat == 1 { "one run".into() } else { format!("median of {}", rendering.repeat) };
+    report.add_setting("times", format!("{runs} after one to warm up"));
     report
 }
 
@@ -195,7 +197,7 @@ fn add_measurements(
     let job = Job::new(quick, techniques, sources, raster);
     stderr_line("for the report: time against error of every setting");
     let (trades, threads) = job.sweep()?;
-    report.add_section("Time to each quality level", Section::Trade(job.section(&trades, threads)));
+    report.add_section(sweep::HEADING, Section::Trade(job.section(&trades, threads)));
     stderr_line("for the report: the stress matrix");
     let (results, _) = stress::run_rows(stress_rows, &contenders, rendering.threads)?;
     let failed = results.iter().any(StressResult::has_failed)

@@ -28,6 +28,8 @@ fn the_stress_page_is_one_file_and_the_table_fits() {
     let stdout = String::from_utf8(output.stdout.clone()).unwrap();
     assert_eq!(code(&output), 0, "{stdout}");
     assert_eq!(names(&folder.path().join("rep")), ["stress.html"]);
+    let html = std::fs::read_to_string(folder.path().join("rep/stress.html")).unwrap();
+    assert!(html.contains("<table class=\"stress\">") && html.contains("--row image size"));
     assert!(stdout.lines().skip(2).all(|line| line.chars().count() <= 110), "{stdout}");
     assert!(stdout.contains("1x37, sun"), "{stdout}");
 }
