@@ -6,9 +6,9 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use epipolar::{
-    Cells, ColumnOrder, Epipolar, Epipole, Factorisation, Factors, Integrator, IntegratorScratch, LampBands,
-    LampMedium, Level, Major, MapLine, Options, Problem, Queries, Row, Seen, Slice, SlicePlane, SliceSet,
-    Terms, chosen_level, integrate,
+    Cells, ColumnOrder, Epipolar, Epipole, Extrema, Factorisation, Factors, Integrator, IntegratorScratch,
+    LampBands, LampMedium, Level, Major, MapLine, Options, Problem, Queries, Row, Runs, Seen, Slice,
+    SlicePlane, SliceSet, Terms, chosen_level, integrate,
 };
 use glam::{DVec2, DVec3};
 use scatter_core::{
@@ -66,6 +66,9 @@ fn rectify(c: &mut Criterion) {
         ColumnOrder { columns: [0, 960], ascending: epipole.outward == (epipole.towards(exit).y > 0.0) };
     for side in [512, 1024, 2048] {
         let (projection, texels) = map(side);
+        let layer = ShadowLayer::new(projection, &texels).expect("sane");
+        let mut extrema = Extrema::default();
+        extrema.rebuild(chosen_level(), &ShadowMap::Orthographic(layer));
         let line =
             MapLine::sun(&projection, camera.eye(), &plane, order, 1e3).expect("the slice meets the map");
         for (name, cells) in [
@@ -78,7 +81,7 @@ fn rectify(c: &mut Criterion) {
             let mut row = Row::default();
             let mut fill = |level: Level| {
                 row.clear(8 * side as usize + 8 * 960);
-                row.append(level, black_box(&line), &texels, seen);
+                row.append(level, black_box(&line), &texels, extrema.layer(0), seen);
                 row.finish();
                 row.len()
             };
@@ -134,12 +137,9 @@ fn sums<const N: usize>(c: &mut Criterion, kind: &str, r: u32, d: usize) {
         })
         .collect();
     let problem = Problem {
-        lit: &runs,
-        prefix: &prefix,
-        tint: None,
+        runs: Runs { lit: &runs, prefix: &prefix, tint: None, columns: [0, r] },
         queries: Queries { ranks: &ranks, runs: &ends_in },
         ends: &ends,
-        columns: [0, r],
         ascending: true,
     };
     let mut scratch = IntegratorScratch::default();

@@ -6,8 +6,11 @@
 use scatter_core::{Camera, Frame, Light, MapProjection, ShadowLayer, ShadowMap};
 
 use crate::epipole::Epipole;
+use crate::extrema::Extrema;
 use crate::integrand::{BandTables, Integrand};
-use crate::integrate::{Integrator, IntegratorScratch, Problem, Queries, RunIndex, Terms, integrate};
+use crate::integrate::{
+    Blocks, Integrator, IntegratorScratch, Problem, Queries, RunIndex, Runs, Terms, integrate,
+};
 use crate::map_line::{ColumnOrder, MapLine, turn};
 use crate::row::{Cells, Row, Seen};
 use crate::shares::EMPTY;
@@ -25,6 +28,7 @@ pub struct Answerer<'a> {
     camera: &'a Camera,
     pub epipole: Epipole,
     integrand: &'a Integrand,
+    extrema: &'a Extrema,
     integrator: Integrator,
     split_over: f32,
     cells: Cells,
@@ -56,16 +60,26 @@ pub struct Manner {
 /// Pixels that ask, column by column, and what they are told.
 #[derive(Debug, Default)]
 pub struct Asks {
-    count: usize,
-    /// Column of the pixel, from the first of the slice's.
-    columns: Vec<u32>,
-    /// Where its ray ends.
+    /// Columns with pixels, each with the first of its pixels; one more behind the last.
+    columns: Vec<AskColumn>,
+    column_count: usize,
+    /// Where the pixels' rays end.
     ends: Vec<f32>,
-    ranks: Vec<u32>,
+    count: usize,
+    /// The light ray in which each ends, and the run that holds it.
     gammas: Vec<f32>,
     runs: Vec<u32>,
     /// Share of the unoccluded light that the slice finds, per channel.
     shares: [Vec<f32>; 3],
+}
+
+/// A column of which pixels ask.
+#[derive(Debug, Clone, Copy, Default)]
+struct AskColumn {
+    /// From the first of the slice's.
+    column: u32,
+    /// Its first pixel.
+    first: u32,
 }
 
 /// Buffers of a worker for one slice.
@@ -80,6 +94,8 @@ pub struct SliceBuffers {
     cone: Vec<f32>,
     lamp_prefix: Vec<f32>,
     prefix: Vec<f32>,
+    /// For integrators that take all queries at once.
+    ranks: Vec<u32>,
     ends: Vec<f32>,
     sums: Vec<f32>,
     integrator: IntegratorScratch,
@@ -96,25 +112,44 @@ pub struct Counts {
 }
 
 impl Asks {
-    /// Forgets all pixels; room for `capacity`.
-    pub fn clear(&mut self, capacity: usize) {
-        self.count = 0;
-        if self.columns.len() < capacity {
-            for buffer in [&mut self.columns, &mut self.ranks, &mut self.runs] {
-                buffer.resize(capacity, 0);
-            }
+    /// Forgets all pixels; room for `capacity` of them in `columns` columns.
+    pub fn clear(&mut self, columns: usize, capacity: usize) {
+        (self.count, self.column_count) = (0, 0);
+        if self.columns.len() < columns + 1 {
+            self.columns.resize(columns + 1, AskColumn::default());
+        }
+        if self.ends.len() < capacity {
+            self.runs.resize(capacity, 0);
             for buffer in [&mut self.ends, &mut self.gammas].into_iter().chain(&mut self.shares) {
                 buffer.resize(capacity, 0.0);
             }
         }
     }
 
-    /// Adds a pixel of a column whose ray ends at `end`.
+    /// The pixels that are pushed next belong to a column, behind the one before.
     #[inline(always)]
-    pub fn push(&mut self, column: u32, end: f32) {
-        self.columns[self.count] = column;
+    pub fn begin(&mut self, column: u32) {
+        self.columns[self.column_count] = AskColumn { column, first: self.count as u32 };
+        self.column_count += 1;
+    }
+
+    /// Adds a pixel whose ray ends at `end`.
+    #[inline(always)]
+    pub fn push(&mut self, end: f32) {
         self.ends[self.count] = end;
         self.count += 1;
+    }
+
+    /// Marks the end of the last column.
+    fn finish(&mut self) {
+        self.columns[self.column_count].first = self.count as u32;
+    }
+
+    /// A column and its pixels.
+    #[inline(always)]
+    fn column(&self, index: usize) -> (usize, std::ops::Range<usize>) {
+        let [this, next] = [self.columns[index], self.columns[index + 1]];
+        (this.column as usize, this.first as usize..next.first as usize)
     }
 
     /// The answers, per channel.
@@ -124,7 +159,7 @@ impl Asks {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        4 * 8 * self.columns.capacity()
+        4 * (2 * self.columns.capacity() + 6 * self.ends.capacity())
     }
 }
 
@@ -147,6 +182,9 @@ impl SliceBuffers {
             grow(buffer, columns);
         }
         grow(&mut self.prefix, (runs + 1) * terms);
+        if self.ranks.len() < asks {
+            self.ranks.resize(asks, 0);
+        }
         grow(&mut self.ends, asks * terms);
         grow(&mut self.sums, asks * terms);
         grow(&mut self.lamp_prefix, integrand.buffer_len());
@@ -172,6 +210,7 @@ impl SliceBuffers {
             + self.tinted.memory_bytes()
             + self.integrator.memory_bytes()
             + size_of::<RunIndex>()
+            + 4 * self.ranks.capacity()
             + 4 * floats.iter().map(|buffer| buffer.capacity()).sum::<usize>()
     }
 }
@@ -182,6 +221,7 @@ impl<'a> Answerer<'a> {
         frame: &'a Frame<'a>,
         epipole: Epipole,
         integrand: &'a Integrand,
+        extrema: &'a Extrema,
         manner: Manner,
         channels: usize,
     ) -> Self {
@@ -193,6 +233,7 @@ impl<'a> Answerer<'a> {
             camera,
             epipole,
             integrand,
+            extrema,
             integrator: manner.integrator,
             split_over: manner.split_over,
             cells: manner.cells,
@@ -230,7 +271,8 @@ impl<'a> Answerer<'a> {
             Light::Directional(_) | Light::Point(_) => None,
         };
         self.integrand.fill_cone(spot, &plane, &mut buffers.cone);
-        let reach = self.place(order, asks, buffers);
+        asks.finish();
+        let reach = self.place(asks, buffers);
         self.rectify(&plane, order, reach, buffers);
         let texture = self.frame.texture();
         if let Some(texture) = texture {
@@ -251,9 +293,10 @@ impl<'a> Answerer<'a> {
             self.sum_channel(channel, order, asks, buffers);
         }
         if self.ring > 0.0 {
-            for ask in 0..asks.count {
-                if buffers.sines[asks.columns[ask] as usize] < self.ring {
-                    asks.shares.iter_mut().for_each(|shares| shares[ask] = EMPTY);
+            for index in 0..asks.column_count {
+                let (column, range) = asks.column(index);
+                if buffers.sines[column] < self.ring {
+                    asks.shares.iter_mut().for_each(|shares| shares[range.clone()].fill(EMPTY));
                 }
             }
         }
@@ -276,23 +319,20 @@ impl<'a> Answerer<'a> {
 
     /// Finds the light ray in which each pixel's ray ends; returns the farthest one.
     #[inline(always)]
-    fn place(&self, order: ColumnOrder, asks: &mut Asks, buffers: &SliceBuffers) -> f32 {
-        let count = asks.count;
-        let (sines, cosines) = (&buffers.sines[..order.count()], &buffers.cosines[..order.count()]);
+    fn place(&self, asks: &mut Asks, buffers: &SliceBuffers) -> f32 {
         let mut reach = 0.0f32;
-        let last = order.count() as u32 - 1;
         let distance = self.lamp.map(|distance| distance as f32);
-        let places = asks.ranks[..count].iter_mut().zip(&mut asks.gammas[..count]);
-        for ((rank, gamma), (&column, &end)) in
-            places.zip(asks.columns[..count].iter().zip(&asks.ends[..count]))
-        {
-            *rank = if order.ascending { column } else { last - column };
-            let (sine, cosine) = (sines[column as usize], cosines[column as usize]);
-            *gamma = match distance {
-                None => end * sine,
-                Some(distance) => turn(distance - end * cosine, end * sine),
-            };
-            reach = reach.max(*gamma);
+        for index in 0..asks.column_count {
+            let (column, range) = asks.column(index);
+            let (sine, cosine) = (buffers.sines[column], buffers.cosines[column]);
+            let places = asks.gammas[range.clone()].iter_mut().zip(&asks.ends[range]);
+            for (gamma, &end) in places {
+                *gamma = match distance {
+                    None => end * sine,
+                    Some(distance) => turn(distance - end * cosine, end * sine),
+                };
+                reach = reach.max(*gamma);
+            }
         }
         reach
     }
@@ -306,16 +346,17 @@ impl<'a> Answerer<'a> {
         let row = &mut buffers.row;
         row.clear(0);
         row.push(0.0, columns);
-        let mut append = |line: MapLine, layer: &ShadowLayer<'_>| {
-            buffers.counts.texels += u64::from(line.columns);
-            row.append(self.level, &line, layer.texels(), seen);
+        let mut append = |line: MapLine, layer: &ShadowLayer<'_>, index: usize| {
+            let extrema = self.extrema.layer(index);
+            let read = row.append(self.level, &line, layer.texels(), extrema, seen);
+            buffers.counts.texels += u64::from(read);
             // Outside of the map nothing is shadowed.
             row.push(line.gamma.at(line.length), columns);
         };
         match self.frame.shadow() {
             ShadowMap::Orthographic(layer) | ShadowMap::Perspective(layer) => {
                 if let Some(line) = self.line(layer.projection(), plane, order, reach) {
-                    append(line, layer);
+                    append(line, layer, 0);
                 }
             }
             ShadowMap::Cube(cube) => {
@@ -334,7 +375,7 @@ impl<'a> Answerer<'a> {
                     // Along the edge between two faces both have the same light rays.
                     let end = line.gamma.at(line.length);
                     if end > covered {
-                        append(line, &cube.face(face));
+                        append(line, &cube.face(face), face);
                         covered = end;
                     }
                 }
@@ -364,14 +405,17 @@ impl<'a> Answerer<'a> {
     fn sum_channel(&self, channel: usize, order: ColumnOrder, asks: &mut Asks, buffers: &mut SliceBuffers) {
         let factors = channel.min(self.integrand.channels() - 1);
         let mut first = 0;
-        while first < asks.count {
-            let band_of =
-                |ask: usize| self.integrand.band_of(factors, buffers.views[asks.columns[ask] as usize]);
+        while first < asks.column_count {
+            let band_of = |index: usize| {
+                self.integrand.band_of(factors, buffers.views[asks.columns[index].column as usize])
+            };
             let band = band_of(first);
             let last = if self.integrand.band_count() == 1 {
-                asks.count
+                asks.column_count
             } else {
-                (first + 1..asks.count).find(|&ask| band_of(ask) != band).unwrap_or(asks.count)
+                (first + 1..asks.column_count)
+                    .find(|&index| band_of(index) != band)
+                    .unwrap_or(asks.column_count)
             };
             let mut prefix = std::mem::take(&mut buffers.lamp_prefix);
             let (tables, lanes) = self.integrand.tables(factors, band, &buffers.cone, &mut prefix);
@@ -386,6 +430,7 @@ impl<'a> Answerer<'a> {
         }
     }
 
+    /// Sums the columns `range` of those that ask.
     #[inline(always)]
     fn sum_band<const N: usize>(
         &self,
@@ -397,12 +442,7 @@ impl<'a> Answerer<'a> {
         buffers: &mut SliceBuffers,
     ) {
         let table = Table::<N>::new(tables.prefix, tables.per_gamma);
-        let gammas = &asks.gammas[range.clone()];
-        let ends = &mut buffers.ends.as_chunks_mut::<N>().0[..gammas.len()];
-        for (end, &gamma) in ends.iter_mut().zip(gammas) {
-            *end = table.at(gamma);
-        }
-        let ask_runs = &asks.runs[range.clone()];
+        let ask_runs = &asks.runs[asks.column(range.start).1.start..asks.column(range.end - 1).1.end];
         let runs = ask_runs.iter().fold(0, |a, &b| a.max(b)) as usize + 1;
         let (starts, lit, tint) = if self.frame.texture().is_some() {
             let tinted = &buffers.tinted;
@@ -414,40 +454,98 @@ impl<'a> Answerer<'a> {
         for (value, &gamma) in prefix.iter_mut().zip(starts) {
             *value = table.at(gamma);
         }
-        let ranks = &asks.ranks[range.clone()];
-        let (a, b) = (ranks[0], ranks[ranks.len() - 1]);
-        let problem = Problem {
+        let rank = |index: usize| order.rank(order.columns[0] + asks.columns[index].column);
+        let (a, b) = (rank(range.start), rank(range.end - 1));
+        let runs = Runs {
             lit: &lit[..runs],
             prefix,
             tint: tint.map(|tint| &tint[..runs]),
-            queries: Queries { ranks, runs: ask_runs },
-            ends,
             columns: [a.min(b), a.max(b) + 1],
+        };
+        let views = Views {
+            weights: Table::<N>::new(tables.weights, tables.per_view),
+            views: &buffers.views,
+            first: tables.first_view as f32,
+            // Glass may brighten.
+            brightest: if tint.is_some() { f32::MAX } else { 1.0 },
+        };
+        if self.integrator == Integrator::Blocks {
+            let mut blocks = Blocks::new(runs, &mut buffers.integrator);
+            let count = range.len();
+            for step in 0..count {
+                // Towards the light.
+                let index = if order.ascending { range.end - 1 - step } else { range.start + step };
+                let (column, pixels) = asks.column(index);
+                let rank = order.rank(order.columns[0] + column as u32);
+                let view = views.at(column);
+                blocks.advance((rank - runs.columns[0]) as usize);
+                for pixel in pixels {
+                    let end = table.at(asks.gammas[pixel]);
+                    let run = asks.runs[pixel] as usize;
+                    let mut sum = blocks.before(run);
+                    let part = runs.last_part(run, rank, &end);
+                    (0..N).for_each(|term| sum[term] += part[term]);
+                    asks.shares[channel][pixel] = views.share(&view, &sum, &end);
+                }
+            }
+            return;
+        }
+        let pixels = asks.column(range.start).1.start..asks.column(range.end - 1).1.end;
+        let ends = &mut buffers.ends.as_chunks_mut::<N>().0[..pixels.len()];
+        for (end, &gamma) in ends.iter_mut().zip(&asks.gammas[pixels.clone()]) {
+            *end = table.at(gamma);
+        }
+        for index in range.clone() {
+            let (column, pixels) = asks.column(index);
+            buffers.ranks[pixels].fill(order.rank(order.columns[0] + column as u32));
+        }
+        let problem = Problem {
+            runs,
+            queries: Queries { ranks: &buffers.ranks[pixels.clone()], runs: &asks.runs[pixels.clone()] },
+            ends,
             ascending: order.ascending,
         };
-        let sums = &mut buffers.sums.as_chunks_mut::<N>().0[..gammas.len()];
+        let sums = &mut buffers.sums.as_chunks_mut::<N>().0[..pixels.len()];
         integrate(self.integrator, &problem, &mut buffers.integrator, sums);
-
-        // Glass may brighten.
-        let brightest = if tint.is_some() { f32::MAX } else { 1.0 };
-        let weights = Table::<N>::new(tables.weights, tables.per_view);
-        let first_view = tables.first_view as f32;
-        let columns = &asks.columns[range.clone()];
-        let answers = asks.shares[channel][range].iter_mut().zip(columns);
-        let (mut view, mut view_column) = ([0.0; N], u32::MAX);
-        for ((share, &column), (sum, end)) in answers.zip(sums.iter().zip(&*ends)) {
-            if column != view_column {
-                view = weights.at((buffers.views[column as usize] - first_view).max(0.0));
-                view_column = column;
+        for index in range {
+            let (column, own) = asks.column(index);
+            let view = views.at(column);
+            for pixel in own {
+                let place = pixel - pixels.start;
+                asks.shares[channel][pixel] = views.share(&view, &sums[place], &ends[place]);
             }
-            let (mut lit, mut whole) = (0.0f32, 0.0f32);
-            for term in 0..N {
-                lit += view[term] * sum[term];
-                whole += view[term] * end[term];
-            }
-            // A ray without length has no shadow, and its radiance is 0 anyway.
-            *share = if whole > 0.0 { (lit / whole).max(0.0).min(brightest) } else { 1.0 };
         }
+    }
+}
+
+/// The factors of the view rays.
+struct Views<'a, const N: usize> {
+    weights: Table<'a, N>,
+    /// Coordinate of each column.
+    views: &'a [f32],
+    /// Coordinate at which the table begins.
+    first: f32,
+    /// Largest share.
+    brightest: f32,
+}
+
+impl<const N: usize> Views<'_, N> {
+    /// The factors of a column.
+    #[inline(always)]
+    fn at(&self, column: usize) -> Terms<N> {
+        self.weights.at((self.views[column] - self.first).max(0.0))
+    }
+
+    /// The share that a lit sum has of the whole one.
+    #[inline(always)]
+    fn share(&self, view: &Terms<N>, sum: &Terms<N>, end: &Terms<N>) -> f32 {
+        let (mut lit, mut whole) = (0.0f32, 0.0f32);
+        for term in 0..N {
+            lit += view[term] * sum[term];
+            whole += view[term] * end[term];
+        }
+        // A ray without length has no shadow, and its radiance is 0 anyway.
+        if whole > 0.0 { (lit / whole).max(0.0).min(self.brightest) } else { 1.0 }
     }
 }
 

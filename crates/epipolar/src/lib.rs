@@ -37,6 +37,8 @@ mod fan_pixels;
 mod slice_plane;
 mod slices;
 
+mod exact_cells;
+mod extrema;
 mod map_line;
 mod row;
 mod simd_level;
@@ -59,9 +61,12 @@ mod technique;
 
 pub use bands::Bands;
 pub use epipole::Epipole;
+pub use extrema::{Extrema, LayerExtrema, TILE};
 pub use factor::{Factorisation, Factors, LampBands, LampFactors, LampMedium, MAX_RANK};
 pub use fan_pixels::FanPixels;
-pub use integrate::{Integrator, IntegratorScratch, Problem, Queries, RunIndex, Terms, integrate};
+pub use integrate::{
+    Blocks, Integrator, IntegratorScratch, Problem, Queries, RunIndex, Runs, Terms, integrate,
+};
 pub use map_line::{ColumnOrder, Gamma, MapLine, direction_of_turn, turn};
 pub use options::{Around, EpipolarTechnique, Options, TECHNIQUE};
 pub use probe::Aim;

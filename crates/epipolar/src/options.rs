@@ -91,8 +91,9 @@ impl Options {
             rank: None,
             factor_error,
             factorisation: Factorisation::Chebyshev,
-            split_over: 0.0,
-            integrator: Integrator::Sweep,
+            // Half a column of a thumbnail is much of its picture.
+            split_over: if measured { scale as f32 } else { 0.0 },
+            integrator: Integrator::Blocks,
             cells: Cells::Exact,
             around: Around::Bands,
             resampling: Resampling::Pixels,
@@ -121,7 +122,7 @@ impl Options {
             halvings: MOST_HALVINGS,
             walks_rest: true,
         };
-        Ok(Self { refinement, factor_error: 0.5 * error, spacing: 0.5, aim: None, ..fine })
+        Ok(Self { refinement, factor_error: 0.5 * error, spacing: 0.5, aim: None, split_over: 0.0, ..fine })
     }
 
     /// Sets one option from text.
@@ -189,8 +190,13 @@ impl Choices for Factorisation {
 }
 
 impl Choices for Integrator {
-    const NAMES: &'static [(&'static str, Self)] =
-        &[("sweep", Self::Sweep), ("tree", Self::Tree), ("cursor", Self::Cursor), ("direct", Self::Direct)];
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("blocks", Self::Blocks),
+        ("sweep", Self::Sweep),
+        ("tree", Self::Tree),
+        ("cursor", Self::Cursor),
+        ("direct", Self::Direct),
+    ];
 }
 
 impl Choices for Cells {
@@ -283,7 +289,7 @@ static INFO: TechniqueInfo = TechniqueInfo {
             key: "integrator",
             summary: "how lit runs are summed",
             unit: "",
-            range: "sweep, tree, cursor or direct",
+            range: "blocks, sweep, tree, cursor or direct",
             default: || Named(Options::default().integrator).to_string(),
         },
         OptionInfo {
@@ -340,22 +346,27 @@ impl Technique for EpipolarTechnique {
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         // Spacing and tolerance fall together; towards the end gaps are halved more often.
-        let rungs: [(f64, f64, u32); 8] = [
-            (8.0, 0.4, 2),
-            (4.0, 0.2, 2),
-            (2.0, 0.1, 2),
-            (1.0, 0.05, 2),
-            (1.0, 0.02, 3),
-            (0.5, 0.02, 3),
-            (0.5, 0.01, 4),
-            (0.25, 0.003, 6),
+        let rungs: [(f64, f64, u32, f64); 8] = [
+            (8.0, 0.4, 2, 1.0),
+            (4.0, 0.2, 2, 1.0),
+            (2.0, 0.1, 2, 1.0),
+            (1.0, 0.05, 2, 1.0),
+            (1.0, 0.02, 3, 1.0),
+            (0.5, 0.02, 3, 0.5),
+            (0.5, 0.01, 4, 0.5),
+            (0.25, 0.003, 6, 0.0),
         ];
-        let values = |(spacing, tolerance, halvings): (f64, f64, u32)| {
+        let values = |(spacing, tolerance, halvings, split): (f64, f64, u32, f64)| {
             // Small or wide images are cut by the radian, not by the pixel.
             let fewest = if halvings == MOST_HALVINGS { 2000.0 } else { 400.0 };
-            let numbers =
-                [spacing.to_string(), tolerance.to_string(), halvings.to_string(), fewest.to_string()];
-            ["spacing", "tolerance", "halvings", "fewest"].into_iter().zip(numbers).collect()
+            let numbers = [
+                spacing.to_string(),
+                tolerance.to_string(),
+                halvings.to_string(),
+                fewest.to_string(),
+                split.to_string(),
+            ];
+            ["spacing", "tolerance", "halvings", "fewest", "split"].into_iter().zip(numbers).collect()
         };
         rungs.into_iter().map(values).collect()
     }

@@ -14,6 +14,9 @@ pub fn stride(gaps: usize) -> usize {
     (gaps / ENOUGH).clamp(4, 20)
 }
 
+/// One column in how many is measured: neighbours see nearly the same, and what a measured gap costs are its pixels.
+pub const COLUMN_STRIDE: u32 = 4;
+
 /// What a measurement found. Whole numbers add up to the same in any order of threads.
 #[derive(Debug, Default)]
 pub struct Probe {

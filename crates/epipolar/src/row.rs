@@ -5,6 +5,7 @@
 //! cells with the same number are one run. The paper keeps every light ray as an entry of its own; on smooth
 //! surfaces a run holds several, and sums over runs are the same sums.
 
+use crate::extrema::{LayerExtrema, TILE};
 use crate::map_line::MapLine;
 use crate::simd_level::{Level, at_level};
 
@@ -25,13 +26,16 @@ pub enum Cells {
 
 /// Texel columns that are rectified side by side: four registers, and as many cache misses as a core keeps in flight
 /// while it gathers depths. Sixteen took 1.4 times as long on a 4096² map.
-const LANES: usize = 64;
+pub(crate) const LANES: usize = 64;
 
 /// "No surface", as a depth that survives products with image coordinates in f32.
-const FARTHEST: f32 = 1e25;
+pub(crate) const FARTHEST: f32 = 1e25;
 
 /// No number of columns.
 const NONE: u32 = u32::MAX;
+
+/// What is known of a stretch of texels that are not one run.
+pub(crate) const UNSURE: i32 = -1;
 
 /// Runs of light rays from the eye on: run i spans γ from `starts[i]` to `starts[i + 1]`.
 #[derive(Debug, Clone, Default)]
@@ -40,6 +44,8 @@ pub struct Row {
     /// The number before the first is [`NONE`], so that every run has one before it.
     lit: Vec<u32>,
     count: usize,
+    /// Lit columns of each stretch of a line, or [`UNSURE`], for [`Self::append`].
+    pub(crate) certain: Vec<i32>,
 }
 
 impl Row {
@@ -50,6 +56,8 @@ impl Row {
         if self.starts.len() < room {
             self.starts.resize(room, 0.0);
             self.lit.resize(room + 1, NONE);
+            // A line is no longer than the row has runs.
+            self.certain.resize(room / TILE + 2 * TILE, UNSURE);
         }
         self.count = 0;
         self.lit[0] = NONE;
@@ -92,93 +100,33 @@ impl Row {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        4 * (self.starts.capacity() + self.lit.capacity())
+        4 * (self.starts.capacity() + self.lit.capacity() + self.certain.capacity())
     }
 
-    /// Appends the texels of a line.
-    pub fn append(&mut self, level: Level, line: &MapLine, texels: &[f32], seen: Seen) {
+    /// Appends the texels of a line; returns how many of its columns were read. What the map's extrema leave no doubt
+    /// of is not read.
+    pub fn append(
+        &mut self,
+        level: Level,
+        line: &MapLine,
+        texels: &[f32],
+        extrema: LayerExtrema<'_>,
+        seen: Seen,
+    ) -> u32 {
         match seen.cells {
-            Cells::Exact => at_level!(level, self.append_cells(line, texels, seen)),
+            Cells::Exact => {
+                return at_level!(level, simd => self.append_exact(simd, line, texels, extrema, seen));
+            }
             Cells::Uniform => self.append_samples::<1>(line, texels, seen),
             Cells::Box | Cells::Modes => self.append_samples::<4>(line, texels, seen),
         }
+        line.columns
     }
 
+    /// Columns that see the last run lit.
     #[inline(always)]
-    fn append_cells(&mut self, line: &MapLine, texels: &[f32], seen: Seen) {
-        let split_over = seen.split_over;
-        let mut borders = [[0.0f32; LANES]; 3];
-        // Indices of texels: a map has fewer than 2³² of them.
-        let mut places = [[0u32; LANES]; 2];
-        let mut depths = [[0.0f32; LANES]; 2];
-        // Lit columns at the two ends of each column's two cells, in the order along the row.
-        let mut lit = [[0u32; LANES]; 4];
-        let mut last = NONE;
-        let [minor, slope] = line.minor;
-        let per_slope = if slope == 0.0 { 0.0 } else { 1.0 / slope };
-        let [major_stride, minor_stride] = line.strides.map(|stride| stride as u32);
-        let surface = Surface::new(line, seen);
-        for base in (0..line.columns).step_by(LANES) {
-            for lane in 0..LANES {
-                let column = (base as i32 + lane as i32) as f32;
-                let from = (column - line.consumed).max(0.0).min(line.length);
-                let to = (column + 1.0 - line.consumed).min(line.length);
-                let (a, b) = (minor + slope * from, minor + slope * to);
-                let texel_a = a.floor().max(0.0).min(line.last_minor);
-                let texel_b = b.floor().max(0.0).min(line.last_minor);
-                let crossing = (texel_a.max(texel_b) - minor) * per_slope;
-                // Without a border between texels the second cell is empty, at the far end.
-                let crossing = if texel_a == texel_b { to } else { crossing.max(from).min(to) };
-                (borders[0][lane], borders[1][lane], borders[2][lane]) = (from, crossing, to);
-                let major = (line.first + line.advance * (base as i32 + lane as i32)) as u32;
-                let major = major.wrapping_mul(major_stride);
-                for (place, texel) in places.iter_mut().zip([texel_a, texel_b]) {
-                    place[lane] = major.wrapping_add((texel as i32 as u32).wrapping_mul(minor_stride));
-                }
-            }
-            let lanes = LANES.min((line.columns - base) as usize);
-            for cell in 0..2 {
-                for lane in 0..lanes {
-                    depths[cell][lane] = texels[places[cell][lane] as usize];
-                }
-            }
-            for cell in 0..2 {
-                for lane in 0..LANES {
-                    let ends = [borders[cell][lane], borders[cell + 1][lane]];
-                    let [from, to] = surface.lit_columns(ends, depths[cell][lane]);
-                    // Where a texel hides less than a column, its middle stands for all of it.
-                    let (middle, whole) = (0.5 * (from + to), (to - from).abs() <= split_over);
-                    lit[2 * cell][lane] = (if whole { middle } else { from }) as u32;
-                    lit[2 * cell + 1][lane] = (if whole { middle } else { to }) as u32;
-                }
-            }
-            for lane in 0..LANES {
-                if places[0][lane] == places[1][lane] {
-                    (lit[2][lane], lit[3][lane]) = (lit[1][lane], lit[1][lane]);
-                }
-            }
-            // One bit a lane in which a run may begin: most lanes continue the run of the one before.
-            let mut changes = 0u64;
-            for lane in 0..LANES {
-                let before = if lane == 0 { last } else { lit[3][lane - 1] };
-                let [a, b, c, d] = [lit[0][lane], lit[1][lane], lit[2][lane], lit[3][lane]];
-                changes |= u64::from((a ^ before) | (a ^ b) | (b ^ c) | (c ^ d) != 0) << lane;
-            }
-            changes &= u64::MAX >> (LANES - lanes);
-            last = lit[3][lanes - 1];
-            while changes != 0 {
-                let lane = changes.trailing_zeros() as usize % LANES;
-                changes &= changes - 1;
-                for cell in 0..2 {
-                    let [from, to] = [lit[2 * cell][lane], lit[2 * cell + 1][lane]];
-                    self.push(line.gamma.at(borders[cell][lane]), from);
-                    if from != to {
-                        let ends = [borders[cell][lane], borders[cell + 1][lane]];
-                        self.split(&surface, depths[cell][lane], [from, to], ends);
-                    }
-                }
-            }
-        }
+    pub(crate) fn last_lit(&self) -> u32 {
+        self.lit[self.count]
     }
 
     /// Appends a cell a texel column with N depths.
@@ -224,7 +172,13 @@ impl Row {
     }
 
     /// Appends the light rays of one texel behind which the number of lit columns changes from `from` to `to`.
-    fn split(&mut self, surface: &Surface<'_>, depth: f32, [from, to]: [u32; 2], [start, end]: [f32; 2]) {
+    pub(crate) fn split(
+        &mut self,
+        surface: &Surface<'_>,
+        depth: f32,
+        [from, to]: [u32; 2],
+        [start, end]: [f32; 2],
+    ) {
         // Where the map is coarse beside the image near the epipole a texel may change every column; a row keeps to
         // its room, whatever the map holds.
         let room = (self.starts.len() - self.count).saturating_sub(2 * LANES + 4) as u32;
@@ -251,19 +205,19 @@ pub struct Seen {
 }
 
 /// What a stored depth means along one line.
-struct Surface<'a> {
-    line: &'a MapLine,
-    columns: f32,
+pub(crate) struct Surface<'a> {
+    pub line: &'a MapLine,
+    pub columns: f32,
 }
 
 impl<'a> Surface<'a> {
-    fn new(line: &'a MapLine, seen: Seen) -> Self {
+    pub fn new(line: &'a MapLine, seen: Seen) -> Self {
         Self { line, columns: seen.columns as f32 }
     }
 
     /// Columns that see a surface's light rays from t to t' lit, with the surface at a stored depth.
     #[inline(always)]
-    fn lit_columns(&self, ends: [f32; 2], depth: f32) -> [f32; 2] {
+    pub fn lit_columns(&self, ends: [f32; 2], depth: f32) -> [f32; 2] {
         let z = depth.min(FARTHEST) - self.line.depth_base;
         let [n, d] = self.line.lit_columns;
         let (numerator, denominator) =

@@ -8,22 +8,27 @@ pub fn chosen() -> Level {
     if baseline { Level::baseline() } else { Level::new() }
 }
 
-/// Runs an expression with the instructions of a level: AVX-512, AVX2 or the target's baseline.
+/// Runs an expression with the instructions of a level, AVX-512, AVX2 or the target's baseline; vectors of the name
+/// before `=>` are of that kind.
 macro_rules! at_level {
-    ($level:expr, $work:expr) => {{
+    ($level:expr, $work:expr) => {
+        at_level!($level, _simd => $work)
+    };
+    ($level:expr, $simd:ident => $work:expr) => {{
         use fearless_simd::Simd;
         #[cfg(target_arch = "x86_64")]
         {
-            if let Some(simd) = $level.as_avx512() {
-                simd.vectorize(#[inline(always)] || $work)
-            } else if let Some(simd) = $level.as_avx2() {
-                simd.vectorize(#[inline(always)] || $work)
+            if let Some($simd) = $level.as_avx512() {
+                $simd.vectorize(#[inline(always)] || $work)
+            } else if let Some($simd) = $level.as_avx2() {
+                $simd.vectorize(#[inline(always)] || $work)
             } else {
-                $work
+                let Some($simd) = $level.as_sse2() else { unreachable!("every x86-64 CPU has SSE2") };
+                $simd.vectorize(#[inline(always)] || $work)
             }
         }
         #[cfg(not(target_arch = "x86_64"))]
-        fearless_simd::dispatch!($level, simd => simd.vectorize(#[inline(always)] || $work))
+        fearless_simd::dispatch!($level, $simd => $simd.vectorize(#[inline(always)] || $work))
     }};
 }
 pub(crate) use at_level;

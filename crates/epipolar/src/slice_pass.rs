@@ -9,7 +9,7 @@
 use crate::answer::{Answerer, Asks, SliceBuffers};
 use crate::fan_pixels::FanPixels;
 use crate::integrand::Integrand;
-use crate::probe::{Aim, Probe};
+use crate::probe::{Aim, COLUMN_STRIDE, Probe};
 use crate::shares::Shares;
 use crate::simd_level::{Level, at_level};
 use crate::slices::{Fan, Major, Slice};
@@ -100,7 +100,7 @@ impl Worker {
         // column.
         self.most_asks = columns * (2 * ((1.5 * spacing).ceil() as usize + 1));
         self.buffers.reserve(frame, map_side, self.most_asks, integrand);
-        self.asks.clear(self.most_asks);
+        self.asks.clear(columns, self.most_asks);
         for gap in &mut self.gaps {
             gap.clear();
             gap.reserve(self.most_asks);
@@ -172,7 +172,7 @@ impl SlicePass<'_> {
     #[inline(always)]
     fn slice(&self, fan: &Fan, pixels: &FanPixels, slice: &Slice, lines: [&Line; 3], worker: &mut Worker) {
         let [first, own, last] = lines;
-        worker.asks.clear(worker.most_asks);
+        worker.asks.clear(pixels.ranges.len(), worker.most_asks);
         let gap_behind = &mut worker.gaps[1];
         gap_behind.clear();
         let busy = |column: usize| first.borders[column] < last.borders[column];
@@ -189,17 +189,21 @@ impl SlicePass<'_> {
                 continue;
             }
             let column = pixels.columns[0] + offset as u32;
+            if !self.is_asked(column) {
+                continue;
+            }
+            worker.asks.begin((offset - from) as u32);
             if self.resampling == Resampling::Rectified {
                 // One view ray a column, as long as the pixel nearest to the slice.
                 let nearest = (own.minors[offset].round() as i32).clamp(start, end - 1);
                 let place = column * strides[0] + nearest as u32 * strides[1];
-                worker.asks.push((offset - from) as u32, self.answerer.end(depth[place as usize]));
+                worker.asks.push(self.answerer.end(depth[place as usize]));
             }
             let (line, gap) = (own.minors[offset], last.minors[offset] - own.minors[offset]);
             for pixel in start..end {
                 let place = column * strides[0] + pixel as u32 * strides[1];
                 if self.resampling == Resampling::Pixels {
-                    worker.asks.push((offset - from) as u32, self.answerer.end(depth[place as usize]));
+                    worker.asks.push(self.answerer.end(depth[place as usize]));
                 }
                 if pixel >= middle {
                     let part = if gap > 0.0 { ((pixel as f32 - line) / gap).clamp(0.0, 1.0) } else { 0.5 };
@@ -215,6 +219,9 @@ impl SlicePass<'_> {
             let (mut before, mut behind) = (gap_before.iter_mut(), gap_behind.iter_mut());
             for offset in from..to {
                 let (start, middle, end) = (first.borders[offset], own.borders[offset], last.borders[offset]);
+                if !self.is_asked(pixels.columns[0] + offset as u32) {
+                    continue;
+                }
                 if self.resampling == Resampling::Rectified && start < end {
                     let share = shares.next().copied().unwrap_or(1.0);
                     before
@@ -236,6 +243,12 @@ impl SlicePass<'_> {
                 }
             }
         }
+    }
+
+    /// Whether a column's pixels ask: all, or a sample of them.
+    #[inline(always)]
+    fn is_asked(&self, column: u32) -> bool {
+        self.probe.is_none() || column.is_multiple_of(COLUMN_STRIDE)
     }
 
     /// Gives the pixels of a gap their shares, or halves it.
@@ -279,10 +292,15 @@ impl SlicePass<'_> {
     /// Asks a slice about pixels that come column by column.
     fn ask_all(&self, slice: &Slice, fan: &Fan, pixels: &[GapPixel], worker: &mut Worker) {
         let columns = [pixels[0].column, pixels[pixels.len() - 1].column + 1];
-        worker.asks.clear(worker.most_asks);
+        worker.asks.clear((columns[1] - columns[0]) as usize, worker.most_asks);
         let depth = self.frame.depth().texels();
+        let mut column = None;
         for pixel in pixels {
-            worker.asks.push(pixel.column - columns[0], self.answerer.end(depth[pixel.place as usize]));
+            if column != Some(pixel.column) {
+                column = Some(pixel.column);
+                worker.asks.begin(pixel.column - columns[0]);
+            }
+            worker.asks.push(self.answerer.end(depth[pixel.place as usize]));
         }
         self.answer(slice, fan, columns, worker);
     }

@@ -9,6 +9,7 @@ use scatter_core::{
 
 use crate::bands::Bands;
 use crate::epipole::Epipole;
+use crate::extrema::Extrema;
 
 use crate::answer::{Answerer, Manner};
 use crate::fan_pixels::FanPixels;
@@ -16,6 +17,7 @@ use crate::integrand::{Integrand, Precision};
 use crate::options::{Around, Options};
 use crate::probe::{Aim, Probe, stride};
 use crate::resolve::Resolve;
+use crate::row::Cells;
 use crate::shares::Shares;
 use crate::simd_level::{self, Level, at_level};
 use crate::slice_pass::{SlicePass, Worker};
@@ -53,6 +55,7 @@ pub struct Epipolar {
     fan_pixels: Vec<FanPixels>,
     tasks: Vec<(usize, usize)>,
     integrand: Integrand,
+    extrema: Extrema,
     shares: Shares,
     workers: Vec<Worker>,
 }
@@ -67,6 +70,7 @@ impl Epipolar {
             fan_pixels: Vec::new(),
             tasks: Vec::new(),
             integrand: Integrand::default(),
+            extrema: Extrema::default(),
             shares: Shares::default(),
             workers: Vec::new(),
         }
@@ -98,7 +102,7 @@ impl Epipolar {
         let manner = Manner { integrator, split_over, cells, ring: ring as f32, level: self.level };
         let pass = SlicePass {
             frame,
-            answerer: Answerer::new(frame, epipole, &self.integrand, manner, channels),
+            answerer: Answerer::new(frame, epipole, &self.integrand, &self.extrema, manner, channels),
             slices: &self.slices.slices,
             shares: &self.shares,
             refinement,
@@ -129,7 +133,7 @@ impl Epipolar {
         let pixels = self.fan_pixels.iter().map(|fan| fan.ranges.capacity() * size_of::<[i32; 2]>());
         let workers = self.workers.iter().map(Worker::memory_bytes);
         let tasks = self.tasks.capacity() * size_of::<(usize, usize)>();
-        let tables = self.integrand.memory_bytes() + self.shares.memory_bytes();
+        let tables = self.integrand.memory_bytes() + self.extrema.memory_bytes() + self.shares.memory_bytes();
         (slices + tasks + tables + pixels.chain(workers).sum::<usize>()) as u64
     }
 }
@@ -206,6 +210,10 @@ impl VolumetricShadow for Epipolar {
             worker.reserve(frame, side, spacing, &self.integrand);
         }
         clock.lap(&mut stats, "set-up");
+        if shadowed && self.options.cells == Cells::Exact {
+            self.extrema.rebuild(self.level, frame.shadow());
+        }
+        clock.lap(&mut stats, "extrema");
 
         // Factors that miss their error by far are not used: every pixel is walked instead.
         let trusted = self.integrand.lamp_error() <= self.options.factor_error.max(WORST_LAMP_ERROR);

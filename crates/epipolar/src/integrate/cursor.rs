@@ -16,12 +16,12 @@ pub fn integrate<const N: usize>(
     scratch: &mut IntegratorScratch,
     out: &mut [Terms<N>],
 ) {
-    let runs = problem.lit.len();
+    let runs = problem.runs.lit.len();
     let leaves = groups::<N>(&mut scratch.sums, runs);
     let blocks = groups::<N>(&mut scratch.blocks, runs.div_ceil(BLOCK) + 1);
     blocks.fill([0.0; N]);
     for run in 0..runs {
-        leaves[run] = if problem.lit_columns(run) > 0 { problem.whole(run) } else { [0.0; N] };
+        leaves[run] = if problem.runs.lit_columns(run) > 0 { problem.runs.whole(run) } else { [0.0; N] };
         add(&mut blocks[run / BLOCK], &leaves[run]);
     }
     // Sum of the blocks before `at`.

@@ -8,8 +8,8 @@ pub fn integrate<const N: usize>(problem: &Problem<'_, N>, out: &mut [Terms<N>])
         let (rank, end) = (problem.queries.ranks[query], problem.queries.runs[query] as usize);
         *sum = [0.0; N];
         for run in 0..end {
-            if problem.lit[run] > rank {
-                add(sum, &problem.whole(run));
+            if problem.runs.lit[run] > rank {
+                add(sum, &problem.runs.whole(run));
             }
         }
         add(sum, &problem.last_part(query));

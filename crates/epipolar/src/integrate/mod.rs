@@ -1,6 +1,8 @@
 //! Sums over the lit light rays before each pixel: the in-slice problem `Σ Γ(γ)` over `γ < D, S(γ) > β` (Baran et al.
-//! 2010, Sections 4 and 5), by four algorithms that are exact to each other.
+//! 2010, Sections 4 and 5), by five algorithms that are exact to each other.
 //!
+//! - [`Integrator::Blocks`]: view rays are swept towards the light; runs are added where they become lit, to prefix sums
+//!   in three levels. A query is three look-ups, whatever the number of runs.
 //! - [`Integrator::Tree`]: the paper's. View rays are swept from the light on; runs that end are zeroed in a
 //!   half-stored partial-sum tree (Fenwick 1994), queries are prefix sums.
 //! - [`Integrator::Cursor`]: the same sweep, with block sums and a prefix that moves along with the depth.
@@ -8,6 +10,7 @@
 //!   over the view rays behind its own, asked when the sweep passes its depth.
 //! - [`Integrator::Direct`]: O(queries·runs), the definition.
 
+mod blocks;
 mod cursor;
 mod direct;
 mod fenwick;
@@ -15,13 +18,16 @@ mod run_index;
 mod sweep;
 mod tree;
 
+pub use blocks::Blocks;
 pub use run_index::RunIndex;
 
 /// Which algorithm sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Integrator {
-    /// Dual streaming sweep.
+    /// Prefix sums in three levels.
     #[default]
+    Blocks,
+    /// Dual streaming sweep.
     Sweep,
     /// Primal partial-sum tree, the paper's.
     Tree,
@@ -33,7 +39,7 @@ pub enum Integrator {
 
 impl Integrator {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Sweep, Self::Tree, Self::Cursor, Self::Direct];
+    pub const ALL: [Self; 5] = [Self::Blocks, Self::Sweep, Self::Tree, Self::Cursor, Self::Direct];
 }
 
 /// A factor's values at a light ray: one a term of the factorisation.
@@ -48,26 +54,39 @@ pub struct Queries<'a> {
     pub runs: &'a [u32],
 }
 
-/// One problem: the runs of a row up to some reach, and queries of consecutive columns.
+/// The runs of a row up to some reach, as some consecutive columns see them.
 #[derive(Debug, Clone, Copy)]
-pub struct Problem<'a, const N: usize> {
+pub struct Runs<'a, const N: usize> {
     /// Per run the columns that see it lit, counted from the light.
     pub lit: &'a [u32],
     /// `∫ Γ` up to the start of each run, and to the end of the last.
     pub prefix: &'a [Terms<N>],
     /// Colour of each run, if the light has any.
     pub tint: Option<&'a [f32]>,
-    /// Queries; ranks within `columns`.
+    /// First rank of a query, and the one after the last.
+    pub columns: [u32; 2],
+}
+
+/// One problem: runs and queries.
+#[derive(Debug, Clone, Copy)]
+pub struct Problem<'a, const N: usize> {
+    /// What is summed.
+    pub runs: Runs<'a, N>,
+    /// Up to where; ranks within the runs' `columns`.
     pub queries: Queries<'a>,
     /// `∫ Γ` up to the end of each query's ray.
     pub ends: &'a [Terms<N>],
-    /// First rank of a query, and the one after the last.
-    pub columns: [u32; 2],
     /// Whether queries come with ascending ranks; else descending.
     pub ascending: bool,
 }
 
-impl<const N: usize> Problem<'_, N> {
+impl<const N: usize> Runs<'_, N> {
+    /// Number of columns.
+    #[inline(always)]
+    fn column_count(&self) -> usize {
+        (self.columns[1] - self.columns[0]) as usize
+    }
+
     /// What a run weighs from its start to `end`.
     #[inline(always)]
     fn part(&self, run: usize, end: &Terms<N>) -> Terms<N> {
@@ -88,19 +107,27 @@ impl<const N: usize> Problem<'_, N> {
         self.lit[run].clamp(self.columns[0], self.columns[1]) as usize - self.columns[0] as usize
     }
 
+    /// The part up to `end` of the run in which the ray of a column with that rank ends, if it is lit there. Without a
+    /// branch: whether a pixel is lit is what nobody can foresee.
+    #[inline(always)]
+    pub fn last_part(&self, run: usize, rank: u32, end: &Terms<N>) -> Terms<N> {
+        let lit = if self.lit[run] > rank { 1.0 } else { 0.0 };
+        self.part(run, end).map(|term| lit * term)
+    }
+}
+
+impl<const N: usize> Problem<'_, N> {
     /// A query's column within the problem.
     #[inline(always)]
     fn column(&self, query: usize) -> usize {
-        (self.queries.ranks[query] - self.columns[0]) as usize
+        (self.queries.ranks[query] - self.runs.columns[0]) as usize
     }
 
-    /// The part of the run in which a query's ray ends, if it is lit there. Without a branch: whether a pixel is lit is
-    /// what nobody can foresee.
+    /// What the run in which a query's ray ends adds to it.
     #[inline(always)]
     fn last_part(&self, query: usize) -> Terms<N> {
         let run = self.queries.runs[query] as usize;
-        let lit = if self.lit[run] > self.queries.ranks[query] { 1.0 } else { 0.0 };
-        self.part(run, &self.ends[query]).map(|term| lit * term)
+        self.runs.last_part(run, self.queries.ranks[query], &self.ends[query])
     }
 }
 
@@ -124,8 +151,9 @@ impl IntegratorScratch {
     /// Grows buffers to what rows of `runs` runs, `columns` columns and `queries` queries need.
     pub fn reserve(&mut self, runs: usize, columns: usize, queries: usize, terms: usize) {
         let longest = runs.max(columns) + 2;
-        grow(&mut self.sums, longest * terms, 0.0);
-        grow(&mut self.blocks, longest.div_ceil(cursor::BLOCK) * terms + terms, 0.0);
+        let spanned = longest.next_multiple_of(blocks::SPAN);
+        grow(&mut self.sums, spanned * terms, 0.0);
+        grow(&mut self.blocks, (spanned / cursor::BLOCK + spanned / blocks::SPAN + 1) * terms, 0.0);
         grow(&mut self.heads, longest, 0);
         grow(&mut self.next, runs.max(queries) + 1, 0);
     }
@@ -157,6 +185,7 @@ pub fn integrate<const N: usize>(
     out: &mut [Terms<N>],
 ) {
     match integrator {
+        Integrator::Blocks => blocks::integrate(problem, scratch, out),
         Integrator::Sweep => sweep::integrate(problem, scratch, out),
         Integrator::Tree => tree::integrate(problem, scratch, out),
         Integrator::Cursor => cursor::integrate(problem, scratch, out),

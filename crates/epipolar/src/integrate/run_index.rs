@@ -38,8 +38,11 @@ impl RunIndex {
 
     #[inline(always)]
     fn bucket(&self, gamma: f32) -> usize {
-        // 0 · ∞ is NaN, which the cast turns into 0.
-        ((gamma * self.per_gamma) as usize).min(BUCKETS)
+        /// 2²³: an f32 that it is added to shows its nearest integer in its lowest bits.
+        const INTEGERS: f32 = 8_388_608.0;
+        let integer = (gamma * self.per_gamma + INTEGERS).to_bits().wrapping_sub(INTEGERS.to_bits());
+        // What is larger, infinite or NaN is in the last one.
+        (integer as usize).min(BUCKETS)
     }
 
     /// The run that holds γ; `near` is one where it may well be, such as that of a neighbouring pixel.
@@ -50,6 +53,8 @@ impl RunIndex {
             return near;
         }
         run = self.first[self.bucket(gamma)] as usize;
+        // Most buckets hold a border or none: a step that may be none costs less than a branch that nobody can foresee.
+        run += usize::from(starts[run + 1] <= gamma);
         while starts[run + 1] <= gamma {
             run += 1;
         }

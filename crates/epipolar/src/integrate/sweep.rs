@@ -17,8 +17,8 @@ pub fn integrate<const N: usize>(
     scratch: &mut IntegratorScratch,
     out: &mut [Terms<N>],
 ) {
-    let runs = problem.lit.len();
-    let columns = (problem.columns[1] - problem.columns[0]) as usize;
+    let runs = problem.runs.lit.len();
+    let columns = problem.runs.column_count();
     let heads = &mut scratch.heads[..runs];
     heads.fill(NONE);
     let next = &mut scratch.next[..out.len()];
@@ -40,11 +40,11 @@ pub fn integrate<const N: usize>(
             out[index] = sum;
             query = next[index];
         }
-        let lit = problem.lit_columns(run);
+        let lit = problem.runs.lit_columns(run);
         if lit == columns {
-            add(&mut lit_for_all, &problem.whole(run));
+            add(&mut lit_for_all, &problem.runs.whole(run));
         } else if lit > 0 {
-            ending.add(columns - 1 - lit, &problem.whole(run));
+            ending.add(columns - 1 - lit, &problem.runs.whole(run));
         }
     }
 }

@@ -56,12 +56,14 @@ fn results(slice: &Slice, tinted: bool) -> Vec<Vec<[f32; 2]>> {
         ends.push([a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])]);
     }
     let problem = Problem {
-        lit: &slice.lit,
-        prefix: &prefix,
-        tint: tinted.then_some(tints.as_slice()),
+        runs: Runs {
+            lit: &slice.lit,
+            prefix: &prefix,
+            tint: tinted.then_some(tints.as_slice()),
+            columns: [slice.first, slice.first + slice.columns],
+        },
         queries: Queries { ranks: &ranks, runs: &runs },
         ends: &ends,
-        columns: [slice.first, slice.first + slice.columns],
         ascending: slice.ascending,
     };
     let mut scratch = IntegratorScratch::default();

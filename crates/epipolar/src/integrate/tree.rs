@@ -14,11 +14,11 @@ pub fn sweep_view_rays<const N: usize>(
     next: &mut [u32],
     mut visit: impl FnMut(Visit),
 ) {
-    let columns = (problem.columns[1] - problem.columns[0]) as usize;
+    let columns = problem.runs.column_count();
     let heads = &mut heads[..columns];
     heads.fill(NONE);
-    for (run, next) in next[..problem.lit.len()].iter_mut().enumerate() {
-        let lit = problem.lit_columns(run);
+    for (run, next) in next[..problem.runs.lit.len()].iter_mut().enumerate() {
+        let lit = problem.runs.lit_columns(run);
         if lit > 0 && lit < columns {
             *next = heads[lit];
             heads[lit] = run as u32;
@@ -56,14 +56,14 @@ pub fn integrate<const N: usize>(
     scratch: &mut IntegratorScratch,
     out: &mut [Terms<N>],
 ) {
-    let runs = problem.lit.len();
+    let runs = problem.runs.lit.len();
     let nodes = groups::<N>(&mut scratch.sums, runs + 1);
     for run in 0..runs {
-        nodes[run + 1] = if problem.lit_columns(run) > 0 { problem.whole(run) } else { [0.0; N] };
+        nodes[run + 1] = if problem.runs.lit_columns(run) > 0 { problem.runs.whole(run) } else { [0.0; N] };
     }
     let mut tree = Fenwick::of_entries(nodes);
     sweep_view_rays(problem, &mut scratch.heads, &mut scratch.next, |visit| match visit {
-        Visit::End(run) => tree.add(run, &problem.whole(run).map(|term| -term)),
+        Visit::End(run) => tree.add(run, &problem.runs.whole(run).map(|term| -term)),
         Visit::Query(query) => {
             let mut sum = tree.prefix(problem.queries.runs[query] as usize);
             add(&mut sum, &problem.last_part(query));

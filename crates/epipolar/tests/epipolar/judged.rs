@@ -10,7 +10,14 @@ use crate::random_scene::{MapKind, Random, Recipe, Scene};
 
 /// Slices of one distance and as many terms as there are: what is left is the distance of slices.
 pub fn uniform(spacing: f64) -> Options {
-    let mut options = Options { spacing, fewest_slices: 1.0, aim: None, rank: Some(8), ..Options::default() };
+    let mut options = Options {
+        spacing,
+        fewest_slices: 1.0,
+        aim: None,
+        rank: Some(8),
+        split_over: 0.0,
+        ..Options::default()
+    };
     options.refinement.halvings = 0;
     options
 }

@@ -1,6 +1,8 @@
 //! The rectified row of the slice that goes exactly through one pixel's centre, made of the crate's public stages.
 
-use epipolar::{Cells, ColumnOrder, Epipole, Major, MapLine, Row, Seen, Slice, SlicePlane, chosen_level};
+use epipolar::{
+    Cells, ColumnOrder, Epipole, Extrema, Major, MapLine, Row, Seen, Slice, SlicePlane, chosen_level,
+};
 use glam::{DVec2, DVec3};
 use scatter_core::{Frame, MapProjection, ShadowMap};
 
@@ -75,20 +77,24 @@ impl RowOfPixel {
         };
         let mut parts: Vec<_> = match frame.shadow() {
             ShadowMap::Unshadowed | ShadowMap::Cascades(_) => vec![],
-            shadow => shadow.layers().filter_map(|layer| Some((line(layer.projection())?, layer))).collect(),
+            shadow => (shadow.layers().enumerate())
+                .filter_map(|(index, layer)| Some((line(layer.projection())?, layer, index)))
+                .collect(),
         };
+        let mut extrema = Extrema::default();
+        extrema.rebuild(chosen_level(), frame.shadow());
         parts.sort_by(|a, b| a.0.gamma.at(0.0).total_cmp(&b.0.gamma.at(0.0)));
         // Room for a cut at every column of every cell.
-        let texels: u32 = parts.iter().map(|(line, _)| line.columns).sum();
+        let texels: u32 = parts.iter().map(|(line, ..)| line.columns).sum();
         self.row.clear((2 * texels * (columns + 2) + 64) as usize);
         self.row.push(0.0, columns);
         let mut covered = -1.0;
-        for (line, layer) in &parts {
+        for (line, layer, index) in &parts {
             if line.gamma.at(line.length) <= covered {
                 continue; // The slice runs along the edge between two faces.
             }
             covered = line.gamma.at(line.length);
-            self.row.append(chosen_level(), line, layer.texels(), seen);
+            self.row.append(chosen_level(), line, layer.texels(), extrema.layer(*index), seen);
             self.row.push(line.gamma.at(line.length), columns);
         }
         self.row.finish();

@@ -4,7 +4,7 @@
 //! the eye and from six eyes moved by ±δ along the axes; where those seven agree with each other, the row must agree
 //! with them. No conditioning comes in: where a view ray grazes a surface, the moved walks differ over a long stretch.
 
-use epipolar::{Cells, Integrator, IntegratorScratch, Problem, Queries, integrate};
+use epipolar::{Cells, Integrator, IntegratorScratch, Problem, Queries, Runs, integrate};
 use glam::DVec3;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -167,19 +167,21 @@ fn sun_sum(lit: &Intervals, per_gamma: f64) -> f64 {
 
 /// The share of the pixel's light that the four integrators find in its row, with the integrand of its own view ray:
 /// a factorisation without error, of one term.
-fn integrated(row: &RowOfPixel, per_gamma: f64) -> [f64; 4] {
+fn integrated(row: &RowOfPixel, per_gamma: f64) -> [f64; 5] {
     let up_to = |gamma: f64| [((1.0 - (-per_gamma * gamma).exp()) / per_gamma) as f32];
     let starts = row.row.starts();
     let last = starts.partition_point(|&start| f64::from(start) <= row.gamma_end) - 1;
     let prefix: Vec<[f32; 1]> = starts.iter().map(|&start| up_to(f64::from(start))).collect();
     let (ranks, runs, ends) = ([row.rank], [last as u32], [up_to(row.gamma_end)]);
     let problem = Problem {
-        lit: &row.row.lit()[..=last],
-        prefix: &prefix[..last + 2],
-        tint: None,
+        runs: Runs {
+            lit: &row.row.lit()[..=last],
+            prefix: &prefix[..last + 2],
+            tint: None,
+            columns: [row.rank, row.rank + 1],
+        },
         queries: Queries { ranks: &ranks, runs: &runs },
         ends: &ends,
-        columns: [row.rank, row.rank + 1],
         ascending: true,
     };
     Integrator::ALL.map(|integrator| {
