@@ -83,7 +83,7 @@ pub struct Validate {
     #[command(flatten)]
     pub rendering: Rendering,
     /// Write a self-contained HTML report into this folder; measures the trade-off (on small images) and the stress
-    /// matrix for it, which takes some two minutes with all shots
+    /// matrix for it: some two minutes with all shots, and exit 1 if a cell of the matrix is wrong
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Rows of the report's stress matrix, as in `stress`; repeatable [default: all]

@@ -7,7 +7,7 @@ use scatter_validate::Machine;
 use scatter_validate::mutants::{MutantResult, recomposed_result, run_mutants, table::table};
 use serde_json::{Value, json};
 
-use recomposed_slices::{RUNG, RecomposedSlices, SliceFault};
+use recomposed_slices::{INFO, RUNG, RecomposedSlices, SliceFault};
 
 use crate::Verdict;
 use crate::flags::Validate;
@@ -31,10 +31,10 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     let progress = Progress::new(None, false);
     let (results, _) = in_pool(rendering.threads, |threads| {
         let mut results = run_mutants(&techniques, &mut |name| progress.stage(name));
-        let correct = RecomposedSlices { fault: None };
         results.extend(SliceFault::ALL.map(|fault| {
             progress.stage(fault.name());
-            recomposed_result(fault.name(), RUNG, &correct, &RecomposedSlices { fault: Some(fault) })
+            let renderers = [None, Some(fault)].map(|fault| RecomposedSlices { fault });
+            recomposed_result(fault.name(), RUNG, &INFO, renderers)
         }));
         (results, threads)
     })?;

@@ -15,11 +15,12 @@
 pub mod fault;
 mod input_faults;
 mod mutant;
+mod optionless;
 mod output_faults;
 pub mod recomposed;
 pub mod table;
 
-use scatter_core::Technique;
+use scatter_core::{Technique, TechniqueInfo, VolumetricShadow};
 
 use crate::contender::Contender;
 use crate::stress::cell::Cell;
@@ -28,6 +29,7 @@ use crate::stress::rows::all_rows;
 use crate::stress::run;
 pub use fault::Fault;
 pub use mutant::Mutant;
+use optionless::Optionless;
 pub use recomposed::{PhysicsFault, Recomposed};
 
 /// What became of one mutant.
@@ -107,20 +109,21 @@ pub fn run_mutants(techniques: &[&dyn Technique], progress: &mut dyn FnMut(&str)
     }
     for fault in PhysicsFault::ALL {
         progress(fault.name());
-        let (correct, mutant) = (Recomposed { fault: None }, Recomposed { fault: Some(fault) });
-        results.push(recomposed_result(fault.name(), fault.rung(), &correct, &mutant));
+        let renderers = [None, Some(fault)].map(|fault| Recomposed { fault });
+        results.push(recomposed_result(fault.name(), fault.rung(), &recomposed::INFO, renderers));
     }
     results
 }
 
-/// Runs a recomposed technique, correct and wrong, on the rung (group and name of a row) that must reject the wrong one.
+/// Runs a recomposed technique, `[correct, wrong]`, on the rung (group and name of a row) that must reject the wrong one.
 pub fn recomposed_result(
     name: &'static str,
     rung: (&str, &str),
-    correct: &dyn Technique,
-    mutant: &dyn Technique,
+    info: &'static TechniqueInfo,
+    renderers: [impl VolumetricShadow + Copy + Sync + 'static; 2],
 ) -> MutantResult {
-    let outcome = outcome(rung, &Contender::Technique(correct), &Contender::Technique(mutant));
+    let [correct, mutant] = renderers.map(|renderer| Optionless { info, renderer });
+    let outcome = outcome(rung, &Contender::Technique(&correct), &Contender::Technique(&mutant));
     MutantResult { name, rung: label(rung), outcomes: vec![outcome] }
 }
 

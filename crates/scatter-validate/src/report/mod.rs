@@ -145,7 +145,9 @@ impl Report {
             }
             page.summary(&text, if failed == 0 { Tone::Well } else { Tone::Bad });
         }
-        for (heading, section) in &self.sections {
+        // On a page of the matrix alone it follows at once.
+        let sections = self.sections.iter().filter(|_| !self.rows.is_empty());
+        for (heading, section) in sections {
             if let Section::Stress(section) = section {
                 let (text, tone) = section.summary();
                 page.summary(&format!("{heading}: {text}"), tone);

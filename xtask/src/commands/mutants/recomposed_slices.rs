@@ -12,8 +12,8 @@ use scatter::epipolar::{
     integrate,
 };
 use scatter::{
-    Frame, Light, OptionError, Projection, RenderError, RenderStats, ScatterImage, SceneFacts, ShadowLayer,
-    ShadowMap, Target, Technique, TechniqueInfo, Unsupported, VolumetricShadow, walked_radiance,
+    Frame, Light, Projection, RenderError, RenderStats, ScatterImage, ShadowLayer, ShadowMap, TechniqueInfo,
+    Unsupported, VolumetricShadow, walked_radiance,
 };
 
 /// What is wrong with a stage.
@@ -60,7 +60,8 @@ const SPACING: f64 = 0.5;
 /// Where rays end that go on for ever: a number that f32 knows. Everything is dark before it, or nothing is.
 const LONGEST: f64 = 1e30;
 
-static INFO: TechniqueInfo = TechniqueInfo {
+/// What tools see of it.
+pub static INFO: TechniqueInfo = TechniqueInfo {
     id: "recomposed slices",
     summary: "epipolar slices half a pixel apart, summed ray by ray",
     paper: "",
@@ -70,25 +71,6 @@ static INFO: TechniqueInfo = TechniqueInfo {
     cannot: &["render lamps, coloured glass, cascades and orthographic cameras"],
     options: &[],
 };
-
-impl Technique for RecomposedSlices {
-    fn info(&self) -> &'static TechniqueInfo {
-        &INFO
-    }
-
-    fn configure(
-        &self,
-        _target: Target,
-        _overrides: &[(&str, &str)],
-        _facts: &SceneFacts,
-    ) -> Result<Box<dyn VolumetricShadow>, OptionError> {
-        Ok(Box::new(*self))
-    }
-
-    fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
-        Vec::new()
-    }
-}
 
 impl VolumetricShadow for RecomposedSlices {
     fn id(&self) -> &'static str {
@@ -290,10 +272,9 @@ mod tests {
 
     #[test]
     fn the_correct_one_is_exact_at_the_rung_and_every_fault_is_far_beyond_its_limit() {
-        let correct = RecomposedSlices { fault: None };
         for fault in SliceFault::ALL {
-            let result =
-                recomposed_result(fault.name(), RUNG, &correct, &RecomposedSlices { fault: Some(fault) });
+            let renderers = [None, Some(fault)].map(|fault| RecomposedSlices { fault });
+            let result = recomposed_result(fault.name(), RUNG, &INFO, renderers);
             let [outcome] = &result.outcomes[..] else { panic!("one outcome") };
             assert!(matches!(outcome.correct, Cell::Ok { error } if error <= F32), "{:?}", outcome.correct);
             let Cell::Fail(miss) = &outcome.mutant else { panic!("{}: {:?}", fault.name(), outcome.mutant) };
