@@ -8,8 +8,7 @@
 
 use scatter::epipolar::{
     Cells, ColumnOrder, Epipole, Extrema, Fan, FanPixels, Integrator, IntegratorScratch, LayerExtrema, Major,
-    MapLine, Problem, Queries, Row, RunIndex, Runs, Seen, Slice, SlicePlane, SliceSet, Terms, chosen_level,
-    integrate,
+    MapLine, Problem, Queries, Row, RunIndex, Runs, Seen, Slice, SlicePlane, SliceSet, Terms, integrate,
 };
 use scatter::{
     Frame, Light, Projection, RenderError, RenderStats, ScatterImage, ShadowLayer, ShadowMap, TechniqueInfo,
@@ -103,7 +102,7 @@ impl VolumetricShadow for RecomposedSlices {
         let mut set = SliceSet::default();
         set.distribute(&epipole, size, SPACING);
         let mut extrema = Extrema::default();
-        extrema.rebuild(chosen_level(), frame.shadow());
+        extrema.rebuild(simd_level(), frame.shadow());
         for fan in &set.fans {
             let mut pixels = FanPixels::default();
             pixels.find(&epipole, size, fan, &set.slices);
@@ -242,7 +241,7 @@ impl Pass<'_> {
             let flat: Vec<[f32; 2]> = tiles.iter().map(|[nearest, _]| [*nearest; 2]).collect();
             let is_wrong = self.fault == Some(SliceFault::MinTakenForMax);
             let tiles = if is_wrong { &flat } else { tiles };
-            row.append(chosen_level(), &line, layer.texels(), LayerExtrema { tiles, width }, seen);
+            row.append(simd_level(), &line, layer.texels(), LayerExtrema { tiles, width }, seen);
             row.push(line.gamma.at(line.length), columns);
         }
         row.finish();
