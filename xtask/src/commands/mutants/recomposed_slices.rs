@@ -12,7 +12,7 @@ use scatter::epipolar::{
 };
 use scatter::{
     Frame, Light, Projection, RenderError, RenderStats, ScatterImage, ShadowLayer, ShadowMap, TechniqueInfo,
-    Unsupported, VolumetricShadow, walked_radiance,
+    Unsupported, VolumetricShadow, simd_level, walked_radiance,
 };
 
 /// What is wrong with a stage.
