@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub fn stride(gaps: usize) -> usize {
     /// Gaps that are enough.
     const ENOUGH: usize = 100;
-    (gaps / ENOUGH).clamp(4, 40)
+    (gaps / ENOUGH).clamp(4, 20)
 }
 
 /// One column in how many is measured: neighbours see nearly the same, and what a measured gap costs are its pixels.
