@@ -5,17 +5,17 @@
 
 use scatter_core::{Camera, Frame, Light, MapProjection, ShadowLayer, ShadowMap};
 
+use crate::asks::Asks;
 use crate::epipole::Epipole;
 use crate::extrema::Extrema;
 use crate::integrand::{BandTables, Integrand};
-use crate::integrate::{
-    Blocks, Integrator, IntegratorScratch, Problem, Queries, RunIndex, Runs, Terms, integrate,
-};
+use crate::integrate::{Blocks, Integrator, IntegratorScratch, Problem, Queries, RunIndex, Runs, integrate};
 use crate::map_line::{ColumnOrder, MapLine, turn};
 use crate::row::{Cells, Row, Seen};
 use crate::shares::EMPTY;
 use crate::slice_plane::SlicePlane;
 use crate::slices::{Major, Slice};
+use crate::tables::{Table, Views};
 use crate::tint::TintedRow;
 use scatter_core::Level;
 
@@ -57,31 +57,6 @@ pub struct Manner {
     pub level: Level,
 }
 
-/// Pixels that ask, column by column, and what they are told.
-#[derive(Debug, Default)]
-pub struct Asks {
-    /// Columns with pixels, each with the first of its pixels; one more behind the last.
-    columns: Vec<AskColumn>,
-    column_count: usize,
-    /// Where the pixels' rays end.
-    ends: Vec<f32>,
-    count: usize,
-    /// The light ray in which each ends, and the run that holds it.
-    gammas: Vec<f32>,
-    runs: Vec<u32>,
-    /// Share of the unoccluded light that the slice finds, per channel.
-    shares: [Vec<f32>; 3],
-}
-
-/// A column of which pixels ask.
-#[derive(Debug, Clone, Copy, Default)]
-struct AskColumn {
-    /// From the first of the slice's.
-    column: u32,
-    /// Its first pixel.
-    first: u32,
-}
-
 /// Buffers of a worker for one slice.
 #[derive(Debug, Default)]
 pub struct SliceBuffers {
@@ -109,58 +84,6 @@ pub struct Counts {
     pub texels: u64,
     pub runs: u64,
     pub queries: u64,
-}
-
-impl Asks {
-    /// Forgets all pixels; room for `capacity` of them in `columns` columns.
-    pub fn clear(&mut self, columns: usize, capacity: usize) {
-        (self.count, self.column_count) = (0, 0);
-        if self.columns.len() < columns + 1 {
-            self.columns.resize(columns + 1, AskColumn::default());
-        }
-        if self.ends.len() < capacity {
-            self.runs.resize(capacity, 0);
-            for buffer in [&mut self.ends, &mut self.gammas].into_iter().chain(&mut self.shares) {
-                buffer.resize(capacity, 0.0);
-            }
-        }
-    }
-
-    /// The pixels that are pushed next belong to a column, behind the one before.
-    #[inline(always)]
-    pub fn begin(&mut self, column: u32) {
-        self.columns[self.column_count] = AskColumn { column, first: self.count as u32 };
-        self.column_count += 1;
-    }
-
-    /// Adds a pixel whose ray ends at `end`.
-    #[inline(always)]
-    pub fn push(&mut self, end: f32) {
-        self.ends[self.count] = end;
-        self.count += 1;
-    }
-
-    /// Marks the end of the last column.
-    fn finish(&mut self) {
-        self.columns[self.column_count].first = self.count as u32;
-    }
-
-    /// A column and its pixels.
-    #[inline(always)]
-    fn column(&self, index: usize) -> (usize, std::ops::Range<usize>) {
-        let [this, next] = [self.columns[index], self.columns[index + 1]];
-        (this.column as usize, this.first as usize..next.first as usize)
-    }
-
-    /// The answers, per channel.
-    pub fn shares(&self, channel: usize) -> &[f32] {
-        &self.shares[channel][..self.count]
-    }
-
-    /// Bytes held.
-    pub fn memory_bytes(&self) -> usize {
-        4 * (2 * self.columns.capacity() + 6 * self.ends.capacity())
-    }
 }
 
 impl SliceBuffers {
@@ -482,13 +405,13 @@ impl<'a> Answerer<'a> {
                 let rank = order.rank(order.columns[0] + column as u32);
                 let view = views.at(column);
                 blocks.advance((rank - runs.columns[0]) as usize);
-                for pixel in pixels {
-                    let end = table.at(asks.gammas[pixel]);
-                    let run = asks.runs[pixel] as usize;
+                let places = asks.gammas[pixels.clone()].iter().zip(&asks.runs[pixels.clone()]);
+                for (share, (&gamma, &run)) in asks.shares[channel][pixels].iter_mut().zip(places) {
+                    let (run, end) = (run as usize, table.at(gamma));
                     let mut sum = blocks.before(run);
                     let part = runs.last_part(run, rank, &end);
                     (0..N).for_each(|term| sum[term] += part[term]);
-                    asks.shares[channel][pixel] = views.share(&view, &sum, &end);
+                    *share = views.share(&view, &sum, &end);
                 }
             }
             return;
@@ -517,62 +440,5 @@ impl<'a> Answerer<'a> {
                 asks.shares[channel][pixel] = views.share(&view, &sums[place], &ends[place]);
             }
         }
-    }
-}
-
-/// The factors of the view rays.
-struct Views<'a, const N: usize> {
-    weights: Table<'a, N>,
-    /// Coordinate of each column.
-    views: &'a [f32],
-    /// Coordinate at which the table begins.
-    first: f32,
-    /// Largest share.
-    brightest: f32,
-}
-
-impl<const N: usize> Views<'_, N> {
-    /// The factors of a column.
-    #[inline(always)]
-    fn at(&self, column: usize) -> Terms<N> {
-        self.weights.at((self.views[column] - self.first).max(0.0))
-    }
-
-    /// The share that a lit sum has of the whole one.
-    #[inline(always)]
-    fn share(&self, view: &Terms<N>, sum: &Terms<N>, end: &Terms<N>) -> f32 {
-        let (mut lit, mut whole) = (0.0f32, 0.0f32);
-        for term in 0..N {
-            lit += view[term] * sum[term];
-            whole += view[term] * end[term];
-        }
-        // A ray without length has no shadow, and its radiance is 0 anyway.
-        if whole > 0.0 { (lit / whole).max(0.0).min(self.brightest) } else { 1.0 }
-    }
-}
-
-/// A table of factors over a uniform grid, interpolated linearly.
-struct Table<'a, const N: usize> {
-    nodes: &'a [Terms<N>],
-    per_unit: f32,
-    last: f32,
-}
-
-impl<'a, const N: usize> Table<'a, N> {
-    /// `scale` maps the argument to [0, 1].
-    #[inline(always)]
-    fn new(flat: &'a [f32], scale: f64) -> Self {
-        let nodes = flat.as_chunks::<N>().0;
-        let last = (nodes.len() - 1) as f32;
-        Self { nodes, per_unit: (scale * f64::from(last)) as f32, last }
-    }
-
-    #[inline(always)]
-    fn at(&self, argument: f32) -> Terms<N> {
-        let place = (argument * self.per_unit).min(self.last);
-        let index = (place as usize).min(self.nodes.len() - 2);
-        let part = place - index as f32;
-        let (a, b) = (&self.nodes[index], &self.nodes[index + 1]);
-        std::array::from_fn(|term| a[term] + part * (b[term] - a[term]))
     }
 }

@@ -52,6 +52,9 @@ mod integrand;
 
 mod integrate;
 
+mod asks;
+mod tables;
+
 mod answer;
 mod probe;
 mod resolve;

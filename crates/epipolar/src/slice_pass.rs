@@ -6,7 +6,8 @@
 //! and again: shafts' edges get fine slices, open air keeps coarse ones. (The paper resamples rectified results, and
 //! its slices are a pixel apart everywhere.)
 
-use crate::answer::{Answerer, Asks, SliceBuffers};
+use crate::answer::{Answerer, SliceBuffers};
+use crate::asks::Asks;
 use crate::fan_pixels::FanPixels;
 use crate::integrand::Integrand;
 use crate::probe::{Aim, COLUMN_STRIDE, Probe};
