@@ -71,30 +71,30 @@ impl Extrema {
     }
 }
 
+/// Columns that are read side by side, row after row: sixteen cache lines, which is what memory likes to be asked for.
+const STRIP: usize = 16 * TILE;
+
 /// A row of tiles; at most [`TILE`] rows of texels.
 #[inline(always)]
 fn fill_row(tiles: &mut [[f32; 2]], texels: &[f32], columns: usize) {
-    for (index, tile) in tiles.iter_mut().enumerate() {
-        let first = index * TILE;
-        let width = TILE.min(columns - first);
+    for (strip, tiles) in tiles.chunks_mut(STRIP / TILE).enumerate() {
+        let first = strip * STRIP;
+        let width = STRIP.min(columns - first);
         // One lane a column. Depths are never NaN.
-        let (mut near, mut far) = ([f32::INFINITY; TILE], [f32::NEG_INFINITY; TILE]);
+        let (mut near, mut far) = ([f32::INFINITY; STRIP], [f32::NEG_INFINITY; STRIP]);
         for row in texels.chunks_exact(columns) {
-            let row = &row[first..first + width];
-            if let Some(row) = row.as_array::<TILE>() {
-                for lane in 0..TILE {
-                    near[lane] = if row[lane] < near[lane] { row[lane] } else { near[lane] };
-                    far[lane] = if row[lane] > far[lane] { row[lane] } else { far[lane] };
-                }
-            } else {
-                for (lane, &depth) in row.iter().enumerate() {
-                    (near[lane], far[lane]) = (near[lane].min(depth), far[lane].max(depth));
-                }
+            let lanes = near.iter_mut().zip(&mut far).zip(&row[first..first + width]);
+            for ((near, far), &depth) in lanes {
+                *near = if depth < *near { depth } else { *near };
+                *far = if depth > *far { depth } else { *far };
             }
         }
-        let nearest = near.iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
-        let farthest = far.iter().fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
-        *tile = [nearest, farthest];
+        let lanes = near.chunks_exact(TILE).zip(far.chunks_exact(TILE));
+        for (tile, (near, far)) in tiles.iter_mut().zip(lanes) {
+            let nearest = near.iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
+            let farthest = far.iter().fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
+            *tile = [nearest, farthest];
+        }
     }
 }
 
