@@ -286,10 +286,10 @@ impl World {
         })
     }
 
-    /// Renders the world with a technique configured for it, without options.
-    pub fn render_by(&self, technique: &dyn Technique, target: Target) -> ScatterImage {
+    /// Renders the world with a technique configured for it, without options; `None` if it cannot promise the target.
+    pub fn render_by(&self, technique: &dyn Technique, target: Target) -> Option<ScatterImage> {
         let instance = self.with_frame(|frame| technique.configure(target, &[], &SceneFacts::of(frame)));
-        self.render_with(instance.expect("every technique takes every target").as_mut())
+        Some(self.render_with(instance.ok()?.as_mut()))
     }
 
     fn with_frame<R>(&self, visit: impl FnOnce(&Frame<'_>) -> R) -> R {

@@ -37,8 +37,13 @@ fn instances(facts: &SceneFacts) -> Vec<(String, Box<dyn VolumetricShadow>)> {
         let own = OPTIONS.iter().filter(|(of, _)| *of == id).map(|&(_, options)| options);
         let ways = targets.map(|target| (target, &[][..])).into_iter();
         for (target, options) in ways.chain(own.map(|options| (Target::Quality(Quality::Game), options))) {
-            let instance = technique.configure(target, options, facts).unwrap();
-            instances.push((format!("{id}, {target:?} {options:?}"), instance));
+            let name = format!("{id}, {target:?} {options:?}");
+            match (target, technique.configure(target, options, facts)) {
+                (_, Ok(instance)) => instances.push((name, instance)),
+                // Not every error can be promised for every light.
+                (Target::Error(_), Err(_)) => {}
+                (Target::Quality(_), Err(error)) => panic!("{name}: {error}"),
+            }
         }
     }
     instances
