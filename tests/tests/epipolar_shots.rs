@@ -4,9 +4,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+use glam::DVec2;
 use raymarch_ref::ShadowMapWalk;
 use scatter::epipolar;
-use scatter_core::{Frame, Quality, ScatterImage, ShadowMap, Target, VolumetricShadow};
+use scatter::epipolar::Epipole;
+use scatter_core::{Frame, Quality, ScatterImage, ShadowMap, Target, VolumetricShadow, walked_radiance};
 use scatter_scene::{builtin_shots, export, load_shot};
 use scatter_validate::matrix::shadow_map_truth;
 use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
@@ -122,21 +124,56 @@ fn relative_errors(found: &[[f32; 3]], truth: &[[f32; 3]], unoccluded: &[[f32; 3
         .collect()
 }
 
+/// Whether what a pixel sees is hidden from slices: exact walks up to half a pixel apart, on both sides of its centre
+/// across its slice, agree within half the error, and the walk through the centre is off by more than that from both.
+fn hides_between_slices(staged: &StagedShot, pixel: u32, error: f64) -> bool {
+    const STEPS: i32 = 16;
+    let (x, y) = (pixel % SIZE[0], pixel / SIZE[0]);
+    (0..staged.light_count()).any(|index| {
+        let hides = staged.with_frame(index, staged.camera(), |frame| {
+            let away = Epipole::new(frame.camera(), frame.light())
+                .towards(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+            let across = away.perp().normalize_or(DVec2::X);
+            let walk = |step: i32, shadow: &ShadowMap<'_>| {
+                let by = across * f64::from(step) / f64::from(2 * STEPS);
+                let camera = frame.camera().shifted(by.x, by.y);
+                let (light, medium) = (frame.light(), frame.medium());
+                let moved = Frame::new(&camera, frame.depth(), light, shadow, medium, frame.max_distance());
+                walked_radiance(&moved.unwrap(), x, y).max_element()
+            };
+            let allowed = 0.5 * error * walk(0, &ShadowMap::Unshadowed);
+            let walks: Vec<f64> = (-STEPS..=STEPS).map(|step| walk(step, frame.shadow())).collect();
+            let own = walks[STEPS as usize];
+            let differs = |a: f64, b: f64| (a - b).abs() > allowed;
+            let slices =
+                (0..STEPS as usize).flat_map(|from| (1..=STEPS as usize).map(move |to| (from, from + to)));
+            slices
+                .filter(|&(from, to)| from < STEPS as usize && to > STEPS as usize)
+                .map(|(from, to)| (walks[from], walks[to]))
+                .any(|(a, b)| !differs(a, b) && differs(own, a) && differs(own, b))
+        });
+        hides.unwrap()
+    })
+}
+
 fn target(staged: &StagedShot, truth: &Measurement, unoccluded: &[[f32; 3]], error: f64) -> Judged {
     let found = rendered(staged, Target::Error(error));
     let mut errors = relative_errors(&found.image.pixels, &truth.image.pixels, unoccluded);
+    let is_beyond = |found: f64| !(found <= error + ROUNDING);
+    let beyond: Vec<usize> = (0..errors.len()).filter(|&pixel| is_beyond(errors[pixel])).collect();
+    let thin = beyond.iter().filter(|&&pixel| hides_between_slices(staged, pixel as u32, error)).count();
     errors.sort_unstable_by(f64::total_cmp);
     let last = errors.len() - 1;
     let [p99, p999, max] = [0.99, 0.999, 1.0].map(|part| errors[(part * last as f64).ceil() as usize]);
-    let beyond = errors.iter().filter(|&&found| !(found <= error + ROUNDING)).count();
-    let share = beyond as f64 / errors.len() as f64;
+    let share = beyond.len() as f64 / errors.len() as f64;
     let count = |name: &str| found.counts.get(name).copied().unwrap_or(0);
     let line = format!(
-        "{} at an error of {error}: p99 {:.3}, p99.9 {:.3}, max {:.3} of it, {beyond} of {} pixels beyond; rank {}, {} slices, {} pixels walked",
+        "{} at an error of {error}: p99 {:.3}, p99.9 {:.3}, max {:.3} of it, {} of {} pixels beyond, {thin} of them between slices that agree; rank {}, {} slices, {} pixels walked",
         staged.name(),
         p99 / error,
         p999 / error,
         max / error,
+        beyond.len(),
         errors.len(),
         count("rank"),
         count("slices"),
