@@ -82,11 +82,15 @@ pub struct Validate {
     pub shots: Vec<String>,
     #[command(flatten)]
     pub rendering: Rendering,
-    /// Write a self-contained HTML report into this folder
+    /// Write a self-contained HTML report into this folder; measures the trade-off (on small images) and the stress
+    /// matrix for it: some two minutes with all shots, and exit 1 if a cell of the matrix is wrong
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
+    /// Rows of the report's stress matrix, as in `stress`; repeatable [default: all]
+    #[arg(long = "row", value_name = "TEXT", requires = "report")]
+    pub rows: Vec<String>,
     /// Prove that the checks can fail: every deliberately wrong variant must be rejected; exit 1 if one survives
-    #[arg(long, conflicts_with_all = ["shots", "report", "set", "size", "shadow_map", "vulkan_device"])]
+    #[arg(long, conflicts_with_all = ["shots", "report", "rows", "set", "size", "shadow_map", "vulkan_device"])]
     pub mutants: bool,
     /// Grade an image that another renderer made of the one --shot: EXR, channels R, G, B or Y, row 0 on top
     #[arg(long, value_name = "MINE.exr")]

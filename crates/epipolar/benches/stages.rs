@@ -7,13 +7,13 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use epipolar::{
     Cells, ColumnOrder, Epipolar, Epipole, Extrema, Factorisation, Factors, Integrator, IntegratorScratch,
-    LampBands, LampMedium, Level, Major, MapLine, Options, Problem, Queries, Row, Runs, Seen, Slice,
-    SlicePlane, SliceSet, Terms, chosen_level, integrate,
+    LampBands, LampMedium, Major, MapLine, Options, Problem, Queries, Row, Runs, Seen, Slice, SlicePlane,
+    SliceSet, Terms, integrate,
 };
 use glam::{DVec2, DVec3};
 use scatter_core::{
-    Camera, DepthMap, Frame, Light, MapProjection, Medium, Phase, ScatterImage, ShadowLayer, ShadowMap,
-    VolumetricShadow,
+    Camera, DepthMap, Frame, Level, Light, MapProjection, Medium, Phase, ScatterImage, ShadowLayer,
+    ShadowMap, VolumetricShadow, simd_level,
 };
 
 const SUN: [f64; 3] = [0.3, -1.0, -0.2];
@@ -68,7 +68,7 @@ fn rectify(c: &mut Criterion) {
         let (projection, texels) = map(side);
         let layer = ShadowLayer::new(projection, &texels).expect("sane");
         let mut extrema = Extrema::default();
-        extrema.rebuild(chosen_level(), &ShadowMap::Orthographic(layer));
+        extrema.rebuild(simd_level(), &ShadowMap::Orthographic(layer));
         let line =
             MapLine::sun(&projection, camera.eye(), &plane, order, 1e3).expect("the slice meets the map");
         for (name, cells) in [
@@ -86,9 +86,9 @@ fn rectify(c: &mut Criterion) {
                 row.len()
             };
             // Hills and boards are told apart, and the instruction set changes nothing.
-            let runs = fill(chosen_level());
+            let runs = fill(simd_level());
             assert!(runs > 20 && runs == fill(Level::baseline()), "{name}: {runs} runs");
-            group.bench_function(BenchmarkId::new(name, side), |b| b.iter(|| fill(chosen_level())));
+            group.bench_function(BenchmarkId::new(name, side), |b| b.iter(|| fill(simd_level())));
         }
     }
     group.finish();

@@ -14,10 +14,10 @@ use crate::integrate::{
 use crate::map_line::{ColumnOrder, MapLine, turn};
 use crate::row::{Cells, Row, Seen};
 use crate::shares::EMPTY;
-use crate::simd_level::Level;
 use crate::slice_plane::SlicePlane;
 use crate::slices::{Major, Slice};
 use crate::tint::TintedRow;
+use scatter_core::Level;
 
 /// Length of a view ray that never ends: far enough for any lamp, and its products stay within f32.
 const FARTHEST: f64 = 1e18;
@@ -29,7 +29,7 @@ pub struct Answerer<'a> {
     pub epipole: Epipole,
     integrand: &'a Integrand,
     extrema: &'a Extrema,
-    integrator: Integrator,
+    integrator: Option<Integrator>,
     split_over: f32,
     cells: Cells,
     /// Sine of the angle to the light below which pixels are left to be walked; 0 leaves none.
@@ -45,8 +45,8 @@ pub struct Answerer<'a> {
 /// How slices are to be summed.
 #[derive(Debug, Clone, Copy)]
 pub struct Manner {
-    /// By which algorithm.
-    pub integrator: Integrator,
+    /// By which algorithm; `None` takes the fastest for each slice.
+    pub integrator: Option<Integrator>,
     /// Columns that a texel may hide before it is cut exactly.
     pub split_over: f32,
     /// Where the cells of rows lie.
@@ -442,7 +442,8 @@ impl<'a> Answerer<'a> {
         buffers: &mut SliceBuffers,
     ) {
         let table = Table::<N>::new(tables.prefix, tables.per_gamma);
-        let ask_runs = &asks.runs[asks.column(range.start).1.start..asks.column(range.end - 1).1.end];
+        let pixels = asks.column(range.start).1.start..asks.column(range.end - 1).1.end;
+        let ask_runs = &asks.runs[pixels.clone()];
         let runs = ask_runs.iter().fold(0, |a, &b| a.max(b)) as usize + 1;
         let (starts, lit, tint) = if self.frame.texture().is_some() {
             let tinted = &buffers.tinted;
@@ -469,7 +470,9 @@ impl<'a> Answerer<'a> {
             // Glass may brighten.
             brightest: if tint.is_some() { f32::MAX } else { 1.0 },
         };
-        if self.integrator == Integrator::Blocks {
+        let integrator =
+            self.integrator.unwrap_or_else(|| Integrator::fastest_for(pixels.len(), runs.lit.len()));
+        if integrator == Integrator::Blocks {
             let mut blocks = Blocks::new(runs, &mut buffers.integrator);
             let count = range.len();
             for step in 0..count {
@@ -490,7 +493,6 @@ impl<'a> Answerer<'a> {
             }
             return;
         }
-        let pixels = asks.column(range.start).1.start..asks.column(range.end - 1).1.end;
         let ends = &mut buffers.ends.as_chunks_mut::<N>().0[..pixels.len()];
         for (end, &gamma) in ends.iter_mut().zip(&asks.gammas[pixels.clone()]) {
             *end = table.at(gamma);
@@ -506,7 +508,7 @@ impl<'a> Answerer<'a> {
             ascending: order.ascending,
         };
         let sums = &mut buffers.sums.as_chunks_mut::<N>().0[..pixels.len()];
-        integrate(self.integrator, &problem, &mut buffers.integrator, sums);
+        integrate(integrator, &problem, &mut buffers.integrator, sums);
         for index in range {
             let (column, own) = asks.column(index);
             let view = views.at(column);

@@ -7,7 +7,7 @@
 
 use scatter_core::ShadowMap;
 
-use crate::simd_level::{Level, at_level};
+use scatter_core::{Level, at_level};
 
 /// Texels along a side of a tile: a register of the widest kind. Fewer cost more than they let rows step over.
 pub const TILE: usize = 16;

@@ -6,8 +6,9 @@
 //! ```text
 //! camera, light ──▶ Epipole ──▶ SliceSet (sinh-spaced lines in fans) ──▶ FanPixels (each pixel in one gap)
 //!                                        │
+//! shadow map ──▶ Extrema (of its tiles)  │
 //!      for each slice:   MapLine ──▶ Row (light rays as runs: rectify)
-//!                        Factors (Γ·B) + Row + pixels ──▶ Integrator (sweep, tree, cursor) ──▶ shares
+//!                        Factors (Γ·B) + Row + pixels ──▶ Integrator (blocks, sweep, tree, cursor) ──▶ shares
 //!                                        │
 //!      gaps whose slices differ get a slice in between ──▶ shares of the unoccluded light ──▶ resolve ──▶ image
 //! ```
@@ -18,6 +19,8 @@
 //!   rays are the image's own. Each pixel asks its two slices with its own depth; nothing is resampled.
 //! - **Cells end at the true texel crossings**, and a texel's flat surface is cut where it passes from one view ray to
 //!   the next: along a slice the answer is that of the exact walk through the map ([`Cells::Exact`]).
+//! - **Tiles that are one run are not read**: the extrema of 16×16 texels say that all light rays of a stretch end behind the
+//!   same view ray ([`Extrema`]). Of indoor maps seven texels in ten are stepped over.
 //! - **Light rays are runs** of neighbours that end at the same view ray; sums over runs are the same sums.
 //! - **Bands of 1/sin β with shared factors** instead of a marched ring around the epipole ([`Around`]).
 //! - **The answer is a share**: a quotient of two sums with the same factors, times the closed form. Unoccluded and dark
@@ -41,7 +44,6 @@ mod exact_cells;
 mod extrema;
 mod map_line;
 mod row;
-mod simd_level;
 mod tint;
 
 mod bands;
@@ -71,7 +73,6 @@ pub use map_line::{ColumnOrder, Gamma, MapLine, direction_of_turn, turn};
 pub use options::{Around, EpipolarTechnique, Options, TECHNIQUE};
 pub use probe::Aim;
 pub use row::{Cells, Row, Seen};
-pub use simd_level::{Level, chosen as chosen_level};
 pub use slice_pass::{MOST_HALVINGS, Refinement, Resampling};
 pub use slice_plane::{STEEPEST, SlicePlane};
 pub use slices::{Fan, Major, Slice, SliceSet};

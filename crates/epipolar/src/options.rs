@@ -35,8 +35,8 @@ pub struct Options {
     /// Columns of a slice that one texel may hide before the light rays behind it are told apart, 0 to 16: 0 is exact,
     /// 1 shifts a shadow's edge by up to half a column.
     pub split_over: f32,
-    /// How lit runs are summed.
-    pub integrator: Integrator,
+    /// How lit runs are summed; `None` takes the fastest for each slice.
+    pub integrator: Option<Integrator>,
     /// Where the cells of rectified rows lie.
     pub cells: Cells,
     /// What is done around the epipole.
@@ -72,10 +72,10 @@ impl Options {
     /// The preset of a level for images of a size: spacing, tolerance and halvings were chosen on the built-in shots and
     /// on real scenes (README), at 640×480 with 2048² maps and at 1280×960 with 4096² maps.
     pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
-        let (spacing, finest, tolerance, halvings, factor_error) = match level {
-            Quality::Preview => (4.0, 2.0, 0.2, 2, 2e-2),
-            Quality::Game => (4.0, 0.25, 0.03, 3, 6e-3),
-            Quality::Film => (4.0, 0.125, 0.009, 3, 2e-3),
+        let (spacing, finest, tolerance, halvings, split, factor_error) = match level {
+            Quality::Preview => (4.0, 2.0, 0.2, 2, 1.0, 2e-2),
+            Quality::Game => (4.0, 0.25, 0.03, 3, 0.5, 6e-3),
+            Quality::Film => (4.0, 0.125, 0.009, 3, 0.25, 2e-3),
         };
         // What the sample predicts is met by most scenes; half of it leaves room for the others.
         let aim = Aim { error: 0.5 * level.error() as f32, finest };
@@ -92,8 +92,8 @@ impl Options {
             factor_error,
             factorisation: Factorisation::Chebyshev,
             // Half a column of a thumbnail is much of its picture.
-            split_over: if measured { scale as f32 } else { 0.0 },
-            integrator: Integrator::Blocks,
+            split_over: if measured { split * scale as f32 } else { 0.0 },
+            integrator: None,
             cells: Cells::Exact,
             around: Around::Bands,
             resampling: Resampling::Pixels,
@@ -189,13 +189,14 @@ impl Choices for Factorisation {
     const NAMES: &'static [(&'static str, Self)] = &[("chebyshev", Self::Chebyshev), ("svd", Self::Svd)];
 }
 
-impl Choices for Integrator {
+impl Choices for Option<Integrator> {
     const NAMES: &'static [(&'static str, Self)] = &[
-        ("blocks", Self::Blocks),
-        ("sweep", Self::Sweep),
-        ("tree", Self::Tree),
-        ("cursor", Self::Cursor),
-        ("direct", Self::Direct),
+        ("auto", None),
+        ("blocks", Some(Integrator::Blocks)),
+        ("sweep", Some(Integrator::Sweep)),
+        ("tree", Some(Integrator::Tree)),
+        ("cursor", Some(Integrator::Cursor)),
+        ("direct", Some(Integrator::Direct)),
     ];
 }
 
@@ -289,7 +290,7 @@ static INFO: TechniqueInfo = TechniqueInfo {
             key: "integrator",
             summary: "how lit runs are summed",
             unit: "",
-            range: "blocks, sweep, tree, cursor or direct",
+            range: "auto, blocks, sweep, tree, cursor or direct",
             default: || Named(Options::default().integrator).to_string(),
         },
         OptionInfo {
@@ -346,14 +347,15 @@ impl Technique for EpipolarTechnique {
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         // Spacing and tolerance fall together; towards the end gaps are halved more often.
-        let rungs: [(f64, f64, u32, f64); 8] = [
+        let rungs: [(f64, f64, u32, f64); 9] = [
             (8.0, 0.4, 2, 1.0),
             (4.0, 0.2, 2, 1.0),
             (2.0, 0.1, 2, 1.0),
-            (1.0, 0.05, 2, 1.0),
-            (1.0, 0.02, 3, 1.0),
-            (0.5, 0.02, 3, 0.5),
-            (0.5, 0.01, 4, 0.5),
+            (1.0, 0.05, 2, 0.5),
+            (1.0, 0.02, 3, 0.25),
+            (0.5, 0.02, 3, 0.25),
+            (0.3, 0.02, 2, 0.25),
+            (0.5, 0.01, 4, 0.25),
             (0.25, 0.003, 6, 0.0),
         ];
         let values = |(spacing, tolerance, halvings, split): (f64, f64, u32, f64)| {

@@ -7,7 +7,7 @@
 
 use crate::extrema::{LayerExtrema, TILE};
 use crate::map_line::MapLine;
-use crate::simd_level::{Level, at_level};
+use scatter_core::{Level, at_level};
 
 /// Where the cells of a row lie, and how many depths each of them knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -11,9 +11,9 @@ use crate::fan_pixels::FanPixels;
 use crate::integrand::Integrand;
 use crate::probe::{Aim, COLUMN_STRIDE, Probe};
 use crate::shares::Shares;
-use crate::simd_level::{Level, at_level};
 use crate::slices::{Fan, Major, Slice};
 use scatter_core::Frame;
+use scatter_core::{Level, at_level};
 
 /// Most times that a gap is halved. Every one doubles the slices in the worst case.
 pub const MOST_HALVINGS: u32 = 6;

@@ -19,10 +19,10 @@ use crate::probe::{Aim, Probe, stride};
 use crate::resolve::Resolve;
 use crate::row::Cells;
 use crate::shares::Shares;
-use crate::simd_level::{self, Level, at_level};
 use crate::slice_pass::{SlicePass, Worker};
 use crate::slice_plane::STEEPEST;
 use crate::slices::{Slice, SliceSet};
+use scatter_core::{Level, at_level, simd_level};
 
 /// The id of [`Epipolar`].
 pub const ID: &str = "epipolar";
@@ -65,7 +65,7 @@ impl Epipolar {
     pub fn new(options: Options) -> Self {
         Self {
             options,
-            level: simd_level::chosen(),
+            level: simd_level(),
             slices: SliceSet::default(),
             fan_pixels: Vec::new(),
             tasks: Vec::new(),

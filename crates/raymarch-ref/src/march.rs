@@ -17,10 +17,9 @@ mod packet;
 mod plan;
 mod sun_packet;
 
-use fearless_simd::{Level, Simd};
 use scatter_core::{
-    Frame, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts, ShadowMap, StageClock,
-    Unsupported, VolumetricShadow,
+    Frame, Level, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts, ShadowMap, StageClock,
+    Unsupported, VolumetricShadow, at_level, simd_level,
 };
 
 use crate::parallel;
@@ -50,9 +49,7 @@ pub struct RayMarch {
 impl RayMarch {
     /// A marcher for the CPU that it runs on, or for any one if the environment says `SCATTER_SIMD=baseline`.
     pub fn new(options: Options) -> Result<Self, OptionError> {
-        let baseline = std::env::var_os("SCATTER_SIMD").is_some_and(|value| value == "baseline");
-        let level = if baseline { Level::baseline() } else { Level::new() };
-        Self::at_level(options, level)
+        Self::at_level(options, simd_level())
     }
 
     /// A marcher that uses nothing but what every CPU of the target has.
@@ -68,25 +65,6 @@ impl RayMarch {
     pub fn options(&self) -> Options {
         self.options
     }
-}
-
-/// `dispatch!` without SSE4.2: every CPU that is fast enough to march has AVX2, the others are served by SSE2, and a
-/// copy less of every loop is a quarter of the crate's build.
-macro_rules! at_level {
-    ($level:expr, $simd:ident => $work:expr) => {{
-        #[cfg(target_arch = "x86_64")]
-        {
-            if let Some($simd) = $level.as_avx512() {
-                $simd.vectorize(#[inline(always)] || $work)
-            } else if let Some($simd) = $level.as_avx2() {
-                $simd.vectorize(#[inline(always)] || $work)
-            } else if let Some($simd) = $level.as_sse2() {
-                $simd.vectorize(#[inline(always)] || $work)
-            }
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        fearless_simd::dispatch!($level, $simd => $work)
-    }};
 }
 
 impl VolumetricShadow for RayMarch {

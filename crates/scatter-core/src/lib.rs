@@ -22,6 +22,7 @@ mod ray_light;
 mod sun_interval;
 
 mod march;
+mod simd;
 
 mod quality;
 mod technique;
@@ -37,6 +38,8 @@ mod engine_matrices;
 pub use camera::{Camera, Projection, ViewRay, Window};
 pub use depth_map::{DepthEncoding, DepthMap};
 pub use error::ModelError;
+#[doc(no_inline)]
+pub use fearless_simd;
 pub use frame::{Frame, ShadowMapSource};
 pub use lamp_interval::{LampIntegral, LampRay, airlight};
 pub use lamp_interval_f32::LampIntegralF32;
@@ -50,6 +53,7 @@ pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
 pub use scatter_image::ScatterImage;
 pub use scene_facts::{LightKind, SceneFacts};
 pub use shadow_map::{CubeShadow, MapProjection, MapRay, ShadowLayer, ShadowMap, cube_face_of};
+pub use simd::{Level, simd_level};
 pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
 pub use technique::{
     OptionError, OptionInfo, RenderError, Technique, TechniqueInfo, Unsupported, VolumetricShadow,

@@ -2,17 +2,19 @@
 
 use std::fmt::Write;
 
-use crate::columns::aligned;
+use crate::columns::Columns;
 use crate::figures::Figures;
 use crate::row::{Row, Verdict};
 
 /// One line a row under a header; what a FAIL or an `unsupported` means follows below.
 pub fn table(rows: &[Row]) -> String {
-    // Names to the left, numbers to the right.
-    let is_name = |column| column < 2 || column == COLUMNS - 1;
-    let mut text = aligned(&HEADER, rows.iter().map(|row| Vec::from(cells(row))), is_name);
-    text.push_str(&remarks(rows));
-    text
+    columns(rows).to_string() + &remarks(rows)
+}
+
+/// The lines alone: names to the left, numbers to the right.
+pub(crate) fn columns(rows: &[Row]) -> Columns {
+    let lines = rows.iter().map(|row| Vec::from(cells(row)));
+    Columns::new(&HEADER, 1, lines, |column| column < 2 || column == COLUMNS - 1)
 }
 
 /// What a FAIL or an `unsupported` means, a line each.
@@ -36,7 +38,7 @@ pub(crate) fn remarks(rows: &[Row]) -> String {
 
 const COLUMNS: usize = 10;
 /// Names of the columns, with units. Errors are against shadow-map truth, `/ray` against ray-cast truth.
-pub(crate) const HEADER: [&str; COLUMNS] = [
+const HEADER: [&str; COLUMNS] = [
     "shot",
     "method",
     "time ms",

@@ -1,9 +1,13 @@
 //! `validate --mutants`: the proof that the checks can fail; exit 1 if a deliberately wrong variant survives.
 
+mod recomposed_slices;
+
 use scatter::{TECHNIQUES, Technique};
 use scatter_validate::Machine;
-use scatter_validate::mutants::{MutantResult, run_mutants, table::table};
+use scatter_validate::mutants::{MutantResult, recomposed_result, run_mutants, table::table};
 use serde_json::{Value, json};
+
+use recomposed_slices::{INFO, RUNG, RecomposedSlices, SliceFault};
 
 use crate::Verdict;
 use crate::flags::Validate;
@@ -26,7 +30,13 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     }
     let progress = Progress::new(None, false);
     let (results, _) = in_pool(rendering.threads, |threads| {
-        (run_mutants(&techniques, &mut |name| progress.stage(name)), threads)
+        let mut results = run_mutants(&techniques, &mut |name| progress.stage(name));
+        results.extend(SliceFault::ALL.map(|fault| {
+            progress.stage(fault.name());
+            let renderers = [None, Some(fault)].map(|fault| RecomposedSlices { fault });
+            recomposed_result(fault.name(), RUNG, &INFO, renderers)
+        }));
+        (results, threads)
     })?;
     drop(progress);
     let references = [scatter_validate::SHADOW_MAP_TRUTH];

@@ -1,19 +1,20 @@
 //! `stress`: every technique on every extreme; exit 1 if a number is wrong or a rule is broken.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::Args;
 use scatter::{TECHNIQUES, Technique};
-use scatter_validate::report::stress_page;
+use scatter_validate::report::{Section, StressSection};
 use scatter_validate::stress::document::StressDocument;
+use scatter_validate::stress::row::StressRow;
 use scatter_validate::stress::rows::all_rows;
 use scatter_validate::stress::table::{summary, table};
 use scatter_validate::stress::{StressResult, run as run_row};
 use scatter_validate::{Contender, Machine};
 
+use super::page;
 use crate::Verdict;
-use crate::output::{check_folder, print, print_json, stderr_line, write_text};
+use crate::output::{check_folder, print, print_json};
 use crate::progress::Progress;
 use crate::run::in_pool;
 use crate::select::{Method, method};
@@ -45,26 +46,13 @@ pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {
         check_folder(folder)?;
     }
     let machine = Machine::this();
-    let wanted = |text: &str| flags.rows.iter().any(|row| text.contains(row.as_str()));
-    let mut rows = all_rows();
-    if !flags.rows.is_empty() {
-        rows.retain(|row| wanted(row.group) || wanted(&row.name));
-        anyhow::ensure!(!rows.is_empty(), "--row: no row has this text; leave it out to see all of them");
-    }
-    let progress = Progress::new(Some(rows.len() as u64), false);
-    let (results, threads) = in_pool(flags.threads, |threads| {
-        let mut results: Vec<StressResult> = Vec::new();
-        for row in rows {
-            progress.stage(&format!("{}: {}", row.group, row.name));
-            results.push(run_row(row, &contenders));
-            progress.step();
-        }
-        (results, threads)
-    })?;
-    drop(progress);
+    let rows = rows(&flags.rows)?;
+    let (results, threads) = run_rows(rows, &contenders, flags.threads)?;
     let methods: Vec<&str> = contenders.iter().map(Contender::id).collect();
     if let Some(folder) = &flags.report {
-        write_page(folder, &stress_page(&results, &methods, &machine))?;
+        let mut report = page::begin("Scatter: stress matrix", &machine);
+        report.add_section(HEADING, section(results.clone(), &contenders));
+        page::write(&report, folder, "stress.html")?;
     }
     let failed = results.iter().any(StressResult::has_failed);
     if flags.json {
@@ -78,6 +66,43 @@ pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {
         print(&format!("{}\n", summary(&results)))?;
     }
     Ok(if failed { Verdict::OutOfTolerance } else { Verdict::Well })
+}
+
+/// What the matrix is called on a page.
+pub const HEADING: &str = "Stress matrix";
+
+/// All rows, or those whose group or name contains one of the texts.
+pub fn rows(texts: &[String]) -> anyhow::Result<Vec<StressRow>> {
+    let wanted = |text: &str| texts.iter().any(|row| text.contains(row.as_str()));
+    let mut rows = all_rows();
+    if !texts.is_empty() {
+        rows.retain(|row| wanted(row.group) || wanted(&row.name));
+        anyhow::ensure!(!rows.is_empty(), "--row: no row has this text; leave it out to see all of them");
+    }
+    Ok(rows)
+}
+
+/// Runs rows in a pool of their own, and says how many threads it had.
+pub fn run_rows(
+    rows: Vec<StressRow>,
+    contenders: &[Contender<'_>],
+    threads: Option<u32>,
+) -> anyhow::Result<(Vec<StressResult>, usize)> {
+    let progress = Progress::new(Some(rows.len() as u64), false);
+    in_pool(threads, |threads| {
+        let results = rows.into_iter().map(|row| {
+            progress.stage(&format!("{}: {}", row.group, row.name));
+            let result = run_row(row, contenders);
+            progress.step();
+            result
+        });
+        (results.collect(), threads)
+    })
+}
+
+/// The matrix as a section of a page.
+pub fn section(results: Vec<StressResult>, contenders: &[Contender<'_>]) -> Section {
+    Section::Stress(StressSection { results, methods: contenders.iter().map(Contender::id).collect() })
 }
 
 /// The named techniques, or the reference and all of them. The reference is always there: it is what the others stand
@@ -97,13 +122,4 @@ fn contenders(ids: &[String]) -> anyhow::Result<Vec<Contender<'static>>> {
         }
     }
     Ok(Contender::all(&techniques))
-}
-
-fn write_page(folder: &Path, page: &str) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
-    let path = folder.join("stress.html");
-    write_text(&path, page)?;
-    stderr_line(&format!("wrote {}", path.display()));
-    Ok(())
 }

@@ -1,23 +1,30 @@
 //! `validate`: every technique on every shot, against both truths.
 
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
 use scatter::{TECHNIQUES, Technique};
+use scatter_scene::RasterDevice;
 use scatter_validate::regression::Comparison;
 use scatter_validate::report::{Report, Section};
-use scatter_validate::{Document, Machine, Matrix, Regression, Row, Settings, Tolerances, maps_table, table};
+use scatter_validate::stress::StressResult;
+use scatter_validate::stress::row::StressRow;
+use scatter_validate::{
+    Contender, Document, Machine, Matrix, Regression, Row, Settings, Tolerances, maps_table, table,
+};
 use serde::Serialize;
 
 use super::foreign::Foreign;
-
+use super::sweep::{self, Job};
+use super::{page, stress};
 use crate::Verdict;
-use crate::flags::Validate;
-use crate::output::{check_folder, print, print_json, stderr_line, write_text};
+use crate::flags::{Rendering, Validate};
+use crate::output::{check_folder, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{Method, at_size, baseline, check_options, map_size, method, raster_device, shots};
+use crate::select::{
+    Method, ShotSource, at_size, baseline, check_options, map_size, method, raster_device, shots,
+};
 
 /// Measures, prints and judges.
 pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
@@ -29,7 +36,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     let earlier = flags.baseline.as_deref().map(read_baseline).transpose()?;
     let raster = raster_device(rendering)?;
     let methods = rendering.methods.iter().map(|id| method(id)).collect::<anyhow::Result<Vec<Method>>>()?;
-    let techniques: Vec<&dyn Technique> = if methods.is_empty() && foreign.is_none() {
+    let techniques: Vec<&'static dyn Technique> = if methods.is_empty() && foreign.is_none() {
         TECHNIQUES.to_vec()
     } else {
         let chosen = methods.iter().filter_map(|method| match method {
@@ -40,14 +47,12 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     };
     check_options(rendering, &techniques)?;
     let sources = shots(&flags.shots)?;
+    let stress_rows = stress::rows(&flags.rows)?;
     if let Some(folder) = &flags.report {
         check_folder(folder)?;
     }
     let machine = Machine::this().drawing_on(raster.as_ref());
-    let mut report = flags
-        .report
-        .is_some()
-        .then(|| Report::new(machine.clone(), command_line(), utc_date(SystemTime::now())));
+    let mut report = flags.report.is_some().then(|| begin(flags, &machine));
     let progress = Progress::new(Some(sources.len() as u64), true);
     let tolerances = Tolerances::built_in().context("tolerances.toml")?;
     let rows = in_pool(rendering.threads, |threads| {
@@ -60,7 +65,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
             threads,
         };
         let matrix = Matrix {
-            techniques,
+            techniques: techniques.clone(),
             map_row: methods.is_empty() || methods.iter().any(|m| matches!(m, Method::ShadowMapTruth)),
             raycast_row: methods.iter().any(|m| matches!(m, Method::RaycastTruth)),
             baseline: baseline(),
@@ -94,16 +99,6 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
             flags.baseline.as_ref().map_or(String::new(), |path| path.display().to_string())
         })?;
     let maps = maps_table(&rows);
-    if let (Some(report), Some(folder)) = (&mut report, &flags.report) {
-        if !maps.is_empty() {
-            report.add_section("Maps by both sources", Section::Text(maps.clone()));
-        }
-        if let (Some(comparison), Some(path)) = (&comparison, &flags.baseline) {
-            let heading = format!("Against {}", path.display());
-            report.add_section(&heading, Section::Text(comparison.text()));
-        }
-        write_report(report, folder)?;
-    }
     if rendering.json {
         let document = Document { machine: &machine, rows: &rows };
         match &comparison {
@@ -125,7 +120,23 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
         // Stdout is the document's where there is one.
         if rendering.json { stderr_line(text.trim()) } else { print(&text)? }
     }
-    Ok(if failed == 0 && worse == 0 { Verdict::Well } else { Verdict::OutOfTolerance })
+    let mut measured_well = true;
+    if let (Some(mut report), Some(folder)) = (report, &flags.report) {
+        if !maps.is_empty() {
+            report.add_section("Maps by both sources", Section::Text(maps));
+        }
+        if let (Some(comparison), Some(path)) = (&comparison, &flags.baseline) {
+            let heading = format!("Against {}", path.display());
+            report.add_section(&heading, Section::Text(comparison.text()));
+        }
+        // References and images of other programs have nothing to trade, and no extremes of their own.
+        if !techniques.is_empty() {
+            measured_well =
+                add_measurements(&mut report, rendering, techniques, sources, raster, stress_rows)?;
+        }
+        page::write(&report, folder, "report.html")?;
+    }
+    Ok(if failed == 0 && worse == 0 && measured_well { Verdict::Well } else { Verdict::OutOfTolerance })
 }
 
 /// The document with what the comparison with an earlier run found.
@@ -155,49 +166,45 @@ fn heading(flags: &Validate) -> String {
     )
 }
 
-fn write_report(report: &Report, folder: &Path) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
-    let path = folder.join("report.html");
-    write_text(&path, &report.html())?;
-    stderr_line(&format!("wrote {}", path.display()));
-    Ok(())
+/// A page that says how its techniques were run.
+fn begin(flags: &Validate, machine: &Machine) -> Report {
+    let rendering = &flags.rendering;
+    let mut report = page::begin("Scatter: validation report", machine);
+    let level = rendering.quality;
+    report.add_setting("quality level", format!("{level}: errors up to {} %", 100.0 * level.error()));
+    let n = map_size(rendering);
+    report.add_setting("shadow map", format!("{n}x{n} texels"));
+    let runs =
+        if rendering.repeat == 1 { "one run".into() } else { format!("median of {}", rendering.repeat) };
+    report.add_setting("times", format!("{runs} after one to warm up"));
+    report
 }
 
-/// What was typed, for the report.
-pub(super) fn command_line() -> String {
-    let arguments: Vec<String> =
-        std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned()).collect();
-    format!("cargo xtask {}", arguments.join(" "))
+/// Adds what a table at one level cannot say: time against error for every setting, on small images whatever the size
+/// of the shots, and the extremes. Whether all of it is as it should be.
+fn add_measurements(
+    report: &mut Report,
+    rendering: &Rendering,
+    techniques: Vec<&'static dyn Technique>,
+    sources: Vec<ShotSource>,
+    raster: Option<RasterDevice>,
+    stress_rows: Vec<StressRow>,
+) -> anyhow::Result<bool> {
+    let contenders = Contender::all(&techniques);
+    // Options by hand would make every setting the same.
+    let repeat = rendering.repeat.max(SWEEP_REPEAT);
+    let quick = Rendering { quick: true, repeat, set: Vec::new(), ..rendering.clone() };
+    let job = Job::new(quick, techniques, sources, raster);
+    stderr_line("for the report: time against error of every setting");
+    let (trades, threads) = job.sweep()?;
+    report.add_section(sweep::HEADING, Section::Trade(job.section(&trades, threads)));
+    stderr_line("for the report: the stress matrix");
+    let (results, _) = stress::run_rows(stress_rows, &contenders, rendering.threads)?;
+    let failed = results.iter().any(StressResult::has_failed)
+        || trades.iter().flat_map(|trade| &trade.rungs).any(|rung| rung.row.has_failed());
+    report.add_section(stress::HEADING, stress::section(results, &contenders));
+    Ok(!failed)
 }
 
-/// The day in UTC, `YYYY-MM-DD` (Hinnant's days-to-civil algorithm, years from 1970).
-pub(super) fn utc_date(time: SystemTime) -> String {
-    let days = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
-    // Days since 1 March 0000, in 400-year eras of 146,097 days.
-    let shifted = days + 719_468;
-    let (era, day_of_era) = (shifted / 146_097, shifted % 146_097);
-    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month_from_march = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
-    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
-    let year = year_of_era + 400 * era + u64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}")
-}
-
-#[cfg(test)]
-mod tests {
-    use std::time::Duration;
-
-    use super::*;
-
-    #[test]
-    fn days_become_dates() {
-        let date = |days: u64| utc_date(UNIX_EPOCH + Duration::from_secs(days * 86_400));
-        // 2000 was a leap year, 2026 is none; 11,016 days from 1970 to 29 February 2000.
-        assert_eq!([date(0), date(11_016), date(11_017)], ["1970-01-01", "2000-02-29", "2000-03-01"]);
-        assert_eq!(date(20_512), "2026-02-28");
-        assert_eq!(date(20_513), "2026-03-01");
-    }
-}
+/// Timed runs of a setting: as many as `tradeoff` takes by itself. With one, a plot's points lie where chance puts them.
+const SWEEP_REPEAT: u32 = 3;

@@ -98,6 +98,8 @@ fn outputs_that_cannot_be_written_are_errors_before_any_work() {
     assert!(line(&["--out", "o.exr", "--png", "o.exr"]).contains("same file"));
     let report = error_line(folder.path(), &["validate", "--shot", "wall.toml", "--report", "wall.obj"]);
     assert!(report.contains("wall.obj: this is a file"), "{report}");
+    let rows = ["validate", "--shot", "wall.toml", "--report", "rep", "--row", "no such row"];
+    assert!(error_line(folder.path(), &rows).contains("--row"));
     assert_eq!(names(folder.path()), ["wall.obj", "wall.toml"]);
 }
 

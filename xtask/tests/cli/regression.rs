@@ -39,14 +39,14 @@ fn an_error_that_grew_is_exit_code_1_and_named() {
             row["errors"]["shadow_map"]["rel_rmse"] = 1e-9.into();
         }
     });
-    let (exit, text) = against_baseline(folder.path(), &["--report", "rep"]);
+    let (exit, text) = against_baseline(folder.path(), &["--report", "rep", "--row", "image size"]);
     assert_eq!(exit, 1, "{text}");
     assert!(
         text.contains("WORSE raymarch on wall (game): shadow_map.rel_rmse grew from 1.0000e-9"),
         "{text}"
     );
     let html = std::fs::read_to_string(folder.path().join("rep/report.html")).unwrap();
-    assert!(html.contains("<h2>Against before.json</h2>") && html.contains("WORSE raymarch on wall"));
+    assert!(html.contains(">Against before.json</h2>") && html.contains("WORSE raymarch on wall"));
     let output = xtask(folder.path(), &[&RUN[..], &["--baseline", "before.json", "--json"]].concat());
     assert_eq!(code(&output), 1);
     let baseline = &json(&output)["baseline"];

@@ -28,6 +28,8 @@ fn the_stress_page_is_one_file_and_the_table_fits() {
     let stdout = String::from_utf8(output.stdout.clone()).unwrap();
     assert_eq!(code(&output), 0, "{stdout}");
     assert_eq!(names(&folder.path().join("rep")), ["stress.html"]);
+    let html = std::fs::read_to_string(folder.path().join("rep/stress.html")).unwrap();
+    assert!(html.contains("<table class=\"stress\">") && html.contains("--row image size"));
     assert!(stdout.lines().skip(2).all(|line| line.chars().count() <= 110), "{stdout}");
     assert!(stdout.contains("1x37, sun"), "{stdout}");
 }
@@ -50,6 +52,12 @@ fn mutants_are_rejected_by_name() {
     assert_eq!(code(&output), 0, "{document}");
     let rows = document["rows"].as_array().unwrap();
     assert!(rows.iter().all(|row| row["verdict"] == "rejected"), "{document}");
+    // Of inputs and outputs, of the physics, of a technique's stages.
+    for name in
+        ["one pixel 1 % too bright", "1/d² of the lamp left out", "prefix sum of light rays off by one"]
+    {
+        assert_eq!(rows.iter().filter(|row| row["mutant"] == name).count(), 1, "{name}");
+    }
     let flipped = rows.iter().find(|row| row["mutant"] == "g's sign flipped").unwrap();
     assert_eq!(flipped["rung"], "phase functions: g = 0.5, sun");
     assert!(flipped["wrong"].as_str().unwrap().starts_with("FAIL: largest error"), "{flipped}");

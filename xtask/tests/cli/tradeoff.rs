@@ -54,7 +54,7 @@ fn tables_plot_and_page_are_written() {
     assert!(svg.starts_with("<svg xmlns=") && svg.ends_with("</svg>\n") && svg.contains("raymarch"));
     assert_eq!(names(&folder.path().join("rep")), ["tradeoff.html"]);
     let html = std::fs::read_to_string(folder.path().join("rep/tradeoff.html")).unwrap();
-    assert!(html.contains("<svg ") && html.contains("steps=8") && html.contains("--plot-shot wall"));
+    assert!(html.contains("<svg ") && html.contains("steps=8<") && html.contains("--plot-shot wall"));
     let markdown = xtask(folder.path(), &[&TINY[..], &["--repeat", "1", "--markdown"]].concat());
     let markdown = String::from_utf8(markdown.stdout).unwrap();
     assert!(

@@ -41,14 +41,45 @@ fn a_missed_level_is_exit_code_1_and_a_line_that_says_why() {
 }
 
 #[test]
-fn the_report_is_one_file() {
+fn the_report_is_one_file_with_pictures_plots_and_the_grid() {
     let folder = tempfile::tempdir().unwrap();
     write_shot(folder.path());
-    let output = xtask(folder.path(), &[&TINY[..], &["--report", "rep", "--set", "steps=4096"]].concat());
-    assert_eq!(code(&output), 0);
+    // Of the marcher and a few rows alone: fast, whatever other techniques there are.
+    let more = ["--report", "rep", "--set", "steps=4096", "--method", "raymarch", "--row", "image size"];
+    let output = xtask(folder.path(), &[&TINY[..], &more].concat());
+    let stderr = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(code(&output), 0, "{stderr}");
+    assert!(stderr.contains("for the report: the stress matrix"), "{stderr}");
     assert_eq!(names(&folder.path().join("rep")), ["report.html"]);
     let html = std::fs::read_to_string(folder.path().join("rep/report.html")).unwrap();
-    assert!(html.contains("raymarch − truth-shadow-map") && html.contains("steps=4096"));
+    // The two truths with their difference, the marcher with its two.
+    assert_eq!(html.matches("<img src=\"data:image/png;base64,").count(), 6);
+    assert_eq!(html.matches("<svg ").count(), 1, "a plot a shot");
+    for text in [
+        "raymarch − truth-shadow-map",
+        "steps=4096",
+        "<dt>quality level</dt><dd>game: errors up to 3 %</dd>",
+        "<summary>All settings on wall</summary>",
+        "<table class=\"stress\">",
+        "1x37, sun",
+    ] {
+        assert!(html.contains(text), "{text}");
+    }
+    // Options by hand are not for the trade-off: it tries the whole ladder.
+    assert!(html.contains("steps=8<"), "the cheapest setting");
+}
+
+#[test]
+fn a_report_without_techniques_has_neither_plots_nor_grid() {
+    let folder = tempfile::tempdir().unwrap();
+    write_shot(folder.path());
+    let more = ["--report", "rep", "--method", "truth-shadow-map"];
+    let output = xtask(folder.path(), &[&TINY[..], &more].concat());
+    assert_eq!(code(&output), 0);
+    let html = std::fs::read_to_string(folder.path().join("rep/report.html")).unwrap();
+    assert!(
+        html.contains("truth-shadow-map") && !html.contains("<svg ") && !html.contains("class=\"stress\"")
+    );
 }
 
 #[test]

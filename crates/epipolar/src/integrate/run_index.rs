@@ -48,6 +48,8 @@ impl RunIndex {
     /// The run that holds γ; `near` is one where it may well be, such as that of a neighbouring pixel.
     #[inline(always)]
     pub fn find(&self, starts: &[f32], gamma: f32, near: u32) -> u32 {
+        // Nothing lies behind ∞, where the last run ends.
+        let gamma = gamma.min(f32::MAX);
         let mut run = near as usize;
         if starts[run] <= gamma && gamma < starts[run + 1] {
             return near;

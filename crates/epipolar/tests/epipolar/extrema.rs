@@ -1,10 +1,10 @@
 //! Tiles' extrema are those of their texels, and a row that steps over tiles is the row that reads every texel.
 
-use epipolar::{Cells, Extrema, LayerExtrema, Level, TILE, chosen_level};
+use epipolar::{Cells, Extrema, LayerExtrema, TILE};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use scatter_core::{Frame, MapProjection, ShadowLayer, ShadowMap};
+use scatter_core::{CubeShadow, Frame, Level, MapProjection, ShadowLayer, ShadowMap, simd_level};
 
 use crate::cases::{Case, Texels, cases};
 use crate::random_scene::{MapKind, Random, Scene};
@@ -195,7 +195,7 @@ fn extrema_are_the_minima_and_maxima_of_tiles() {
     // One instance for all, from large to small and back: nothing of a map stays.
     let mut extrema = Extrema::default();
     let mut check = |map: &ShadowMap<'_>| {
-        for level in [chosen_level(), Level::baseline()] {
+        for level in [simd_level(), Level::baseline()] {
             extrema.rebuild(level, map);
             for (index, layer) in map.layers().enumerate() {
                 let expected = brute_force(&layer);
@@ -212,7 +212,7 @@ fn extrema_are_the_minima_and_maxima_of_tiles() {
     }
     for side in [37, 16, 5] {
         let texels = texels_of(6 * side * side);
-        check(&ShadowMap::Cube(scatter_core::CubeShadow::new([0.0, 3.0, 0.0], side, &texels).unwrap()));
+        check(&ShadowMap::Cube(CubeShadow::new([0.0, 3.0, 0.0], side, &texels).unwrap()));
     }
     let sizes = [[40, 19], [7, 90], [33, 33]];
     let texels = sizes.map(|[width, height]| texels_of(width * height));

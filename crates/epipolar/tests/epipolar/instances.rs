@@ -1,7 +1,7 @@
 //! The same frame is the same image: on any number of threads, with any instruction set, on a used instance.
 
-use epipolar::{Epipolar, Level, Options, chosen_level};
-use scatter_core::ScatterImage;
+use epipolar::{Epipolar, Options};
+use scatter_core::{Level, ScatterImage, simd_level};
 
 use crate::judged::scene;
 use crate::random_scene::{MapKind, Recipe, Scene};
@@ -57,9 +57,9 @@ fn fingerprint() -> u64 {
 fn the_portable_path_gives_the_same_bits() {
     // No operation is fused and no sum reordered, so that wider registers change nothing.
     let found = format!("fingerprint {:016x}", fingerprint());
-    println!("{found} {:?}", chosen_level());
+    println!("{found} {:?}", simd_level());
     if std::env::var_os("SCATTER_SIMD").is_some() {
-        assert_eq!(format!("{:?}", chosen_level()), format!("{:?}", Level::baseline()));
+        assert_eq!(format!("{:?}", simd_level()), format!("{:?}", Level::baseline()));
         return;
     }
     let output = std::process::Command::new(std::env::current_exe().unwrap())

@@ -2,10 +2,9 @@
 
 use epipolar::{
     Cells, ColumnOrder, Epipole, Extrema, LayerExtrema, Major, MapLine, Row, Seen, Slice, SlicePlane,
-    chosen_level,
 };
 use glam::{DVec2, DVec3};
-use scatter_core::{Frame, MapProjection, ShadowMap};
+use scatter_core::{Frame, MapProjection, ShadowMap, simd_level};
 
 use crate::intervals::Intervals;
 
@@ -33,7 +32,7 @@ impl RowOfPixel {
     /// `None` where the pixel lies at the epipole.
     pub fn new(frame: &Frame<'_>, pixel: [u32; 2], cells: Cells) -> Option<Self> {
         let mut extrema = Extrema::default();
-        extrema.rebuild(chosen_level(), frame.shadow());
+        extrema.rebuild(simd_level(), frame.shadow());
         Self::with_extrema(frame, pixel, cells, |index| extrema.layer(index))
     }
 
@@ -115,7 +114,7 @@ impl RowOfPixel {
                 continue; // The slice runs along the edge between two faces.
             }
             covered = line.gamma.at(line.length);
-            self.read += self.row.append(chosen_level(), line, layer.texels(), extrema(*index), seen);
+            self.read += self.row.append(simd_level(), line, layer.texels(), extrema(*index), seen);
             self.row.push(line.gamma.at(line.length), columns);
         }
         self.row.finish();

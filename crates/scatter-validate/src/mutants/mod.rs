@@ -5,18 +5,22 @@
 //! in a technique. Each mutant names the rung, a row of the stress matrix, that must reject it, where the correct
 //! technique passes.
 //!
+//! What is recomposed from the stages of a technique that this crate may not name comes from outside:
+//! [`recomposed_result`]. (`cargo xtask` does so with `epipolar`'s: a prefix sum that is off by one, slices shifted by
+//! one, the minimum of map tiles taken for their maximum.)
+//!
 //! Waiting for public stages of techniques to come: min and max swapped while a 1D min/max tree is built
-//! (`minmax-mipmap`; [`Fault::NearAndFarSwapped`] stands for it), a prefix sum of a slice's sweep that is off by one
-//! ([`Fault::MapReadOneTexelFurther`]) and one epipolar slice shifted ([`Fault::OneColumnShifted`]).
+//! (`minmax-mipmap`); [`Fault::NearAndFarSwapped`] stands for it.
 
 pub mod fault;
 mod input_faults;
 mod mutant;
+mod optionless;
 mod output_faults;
 pub mod recomposed;
 pub mod table;
 
-use scatter_core::Technique;
+use scatter_core::{Technique, TechniqueInfo, VolumetricShadow};
 
 use crate::contender::Contender;
 use crate::stress::cell::Cell;
@@ -25,6 +29,7 @@ use crate::stress::rows::all_rows;
 use crate::stress::run;
 pub use fault::Fault;
 pub use mutant::Mutant;
+use optionless::Optionless;
 pub use recomposed::{PhysicsFault, Recomposed};
 
 /// What became of one mutant.
@@ -104,11 +109,22 @@ pub fn run_mutants(techniques: &[&dyn Technique], progress: &mut dyn FnMut(&str)
     }
     for fault in PhysicsFault::ALL {
         progress(fault.name());
-        let (correct, mutant) = (Recomposed { fault: None }, Recomposed { fault: Some(fault) });
-        let outcome = outcome(fault.rung(), &Contender::Technique(&correct), &Contender::Technique(&mutant));
-        results.push(MutantResult { name: fault.name(), rung: label(fault.rung()), outcomes: vec![outcome] });
+        let renderers = [None, Some(fault)].map(|fault| Recomposed { fault });
+        results.push(recomposed_result(fault.name(), fault.rung(), &recomposed::INFO, renderers));
     }
     results
+}
+
+/// Runs a recomposed technique, `[correct, wrong]`, on the rung (group and name of a row) that must reject the wrong one.
+pub fn recomposed_result(
+    name: &'static str,
+    rung: (&str, &str),
+    info: &'static TechniqueInfo,
+    renderers: [impl VolumetricShadow + Copy + Sync + 'static; 2],
+) -> MutantResult {
+    let [correct, mutant] = renderers.map(|renderer| Optionless { info, renderer });
+    let outcome = outcome(rung, &Contender::Technique(&correct), &Contender::Technique(&mutant));
+    MutantResult { name, rung: label(rung), outcomes: vec![outcome] }
 }
 
 fn label((group, name): (&str, &str)) -> String {

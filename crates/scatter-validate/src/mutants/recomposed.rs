@@ -2,8 +2,8 @@
 //! the integrand can be left out.
 
 use scatter_core::{
-    Frame, Light, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts, Target, Technique,
-    TechniqueInfo, Unsupported, ViewRay, VolumetricShadow,
+    Frame, Light, RenderError, RenderStats, ScatterImage, TechniqueInfo, Unsupported, ViewRay,
+    VolumetricShadow,
 };
 
 use raymarch_ref::ShadowMapWalk;
@@ -60,7 +60,8 @@ pub struct Recomposed {
 /// Samples of a lit stretch: the midpoint rule over the angle at the lamp leaves 1/n² of smooth factors.
 const SAMPLES: u32 = 64;
 
-static INFO: TechniqueInfo = TechniqueInfo {
+/// What tools see of it.
+pub(super) static INFO: TechniqueInfo = TechniqueInfo {
     id: "recomposed",
     summary: "lit stretches of the exact walk, integrated by the midpoint rule",
     paper: "",
@@ -70,25 +71,6 @@ static INFO: TechniqueInfo = TechniqueInfo {
     cannot: &["render spots and coloured glass"],
     options: &[],
 };
-
-impl Technique for Recomposed {
-    fn info(&self) -> &'static TechniqueInfo {
-        &INFO
-    }
-
-    fn configure(
-        &self,
-        _target: Target,
-        _overrides: &[(&str, &str)],
-        _facts: &SceneFacts,
-    ) -> Result<Box<dyn VolumetricShadow>, OptionError> {
-        Ok(Box::new(*self))
-    }
-
-    fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
-        Vec::new()
-    }
-}
 
 impl VolumetricShadow for Recomposed {
     fn id(&self) -> &'static str {

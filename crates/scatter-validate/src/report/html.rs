@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::columns::Columns;
+
 /// How a text is coloured; the words themselves say the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tone {
@@ -11,17 +13,18 @@ pub(super) enum Tone {
     Dim,
 }
 
-/// A line of a [`Page::table`].
-pub(super) struct TableRow {
-    /// Text and colour of each cell.
-    pub cells: Vec<(String, Tone)>,
-    /// How many cells, from the left, are names; the others are numbers.
-    pub names: usize,
-    /// Whether a line is drawn above.
-    pub starts_group: bool,
-}
-
 impl Tone {
+    /// Of a verdict in a table; of everything else none.
+    fn of(text: &str) -> Self {
+        match text {
+            "ok" => Self::Well,
+            "-" | "not reached" => Self::Dim,
+            _ if text.starts_with("unsupported") => Self::Dim,
+            _ if text.starts_with("FAIL") => Self::Bad,
+            _ => Self::Plain,
+        }
+    }
+
     fn class(self) -> &'static str {
         match self {
             Self::Plain => "",
@@ -37,37 +40,7 @@ pub(super) struct Page {
     text: String,
 }
 
-const STYLE: &str = "
-:root { color-scheme: light dark; --line: #8886; --shade: #8882; --well: #1a7f37; --bad: #c62828; --dim: #707070; }
-@media (prefers-color-scheme: dark) { :root { --well: #57d576; --bad: #ff8a80; --dim: #a0a0a0; } }
-body { font: 16px/1.5 system-ui, sans-serif; margin: 1rem auto; padding: 0 1rem; max-width: 80rem; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.2rem; border-top: 1px solid var(--line); padding-top: 1rem; }
-pre { overflow-x: auto; font: 13px/1.4 ui-monospace, monospace; }
-dl { display: grid; grid-template-columns: max-content 1fr; gap: 0 1rem; }
-dt { font-weight: 600; } dd { margin: 0; overflow-wrap: anywhere; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(18rem, 100%), 1fr)); gap: 1rem; }
-.graphics { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(24rem, 100%), 1fr)); gap: 1rem; }
-.graphics svg { break-inside: avoid; }
-figure { margin: 0; } figcaption { font-size: .85rem; }
-img { box-sizing: border-box; width: 100%; height: auto; image-rendering: pixelated; border: 1px solid var(--line); }
-.legend { display: flex; max-width: 30rem; } .legend span { flex: 1; height: 1rem; }
-.ends { display: flex; max-width: 30rem; justify-content: space-between; font-size: .85rem; margin-bottom: 1rem; }
-h3 { font-size: 1rem; margin: 1.2rem 0 .3rem; } h3 small { font-weight: normal; color: var(--dim); }
-h1, h2, h3 { line-height: 1.3; break-after: avoid; overflow-wrap: anywhere; }
-nav { display: flex; flex-wrap: wrap; gap: .2rem 1rem; } .summary { font-size: 1.1rem; }
-.scroll { overflow-x: auto; }
-.figures { border-collapse: collapse; font-size: .85rem; font-variant-numeric: tabular-nums; white-space: nowrap; }
-.figures th, .figures td { padding: .15rem .6rem; text-align: right; border-bottom: 1px solid var(--line); }
-.figures th { font-weight: 600; } .figures .name, .figures td:last-child, .figures th:last-child { text-align: left; }
-.figures tbody tr:hover { background: var(--shade); } .figures .first td { border-top: 2px solid var(--line); }
-.well { color: var(--well); } .bad { color: var(--bad); font-weight: 600; } .dim { color: var(--dim); }
-.row { display: grid; grid-template-columns: repeat(3, 1fr); gap: .6rem; break-inside: avoid; }
-@media (max-width: 45rem) { .row { grid-template-columns: 1fr 1fr; } .row figure:first-child { grid-column: 1 / -1; } }
-@media print { :root { font-size: 11px; } body { max-width: none; margin: 0; padding: 0; font-size: 11px; } pre, .figures { font-size: 8px; }
-  .figures th, .figures td { padding: .05rem .3rem; } .scroll { overflow: visible; } nav { display: none; }
-  figure { break-inside: avoid; } .row { grid-template-columns: repeat(3, 1fr); }
-  .row figure:first-child { grid-column: auto; } .legend span { print-color-adjust: exact; } }
-";
+const STYLE: &str = include_str!("style.css");
 
 impl Page {
     /// A page with a title.
@@ -81,11 +54,6 @@ impl Page {
              <title>{title}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>"
         );
         Self { text }
-    }
-
-    /// A section's heading.
-    pub(super) fn heading(&mut self, text: &str) {
-        let _ = writeln!(self.text, "<h2>{}</h2>", escaped(text));
     }
 
     /// A paragraph.
@@ -107,51 +75,78 @@ impl Page {
         self.text.push_str("</dl>\n");
     }
 
-    /// A section's heading that links can name.
-    pub(super) fn anchor(&mut self, text: &str, id: &str) {
-        let _ = writeln!(self.text, "<h2 id=\"{}\">{}</h2>", escaped(id), escaped(text));
+    /// A section's heading, which links can name.
+    pub(super) fn heading(&mut self, text: &str) {
+        let _ = writeln!(self.text, "<h2 id=\"{}\">{}</h2>", anchor(text), escaped(text));
     }
 
-    /// Links to [`Self::anchor`]s: text and id.
-    pub(super) fn links<'t>(&mut self, links: impl IntoIterator<Item = (&'t str, String)>) {
+    /// A heading of the third order, which links can name.
+    pub(super) fn subheading(&mut self, text: &str) {
+        let _ = writeln!(self.text, "<h3 id=\"{}\">{}</h3>", anchor(text), escaped(text));
+    }
+
+    /// Links to headings.
+    pub(super) fn links<'t>(&mut self, headings: impl IntoIterator<Item = &'t str>) {
         self.text.push_str("<nav>");
-        for (text, id) in links {
-            let _ = write!(self.text, "<a href=\"#{}\">{}</a> ", escaped(&id), escaped(text));
+        for heading in headings {
+            let _ = write!(self.text, "<a href=\"#{}\">{}</a> ", anchor(heading), escaped(heading));
         }
         self.text.push_str("</nav>\n");
     }
 
-    /// A table that scrolls sideways where it does not fit.
-    pub(super) fn table(&mut self, header: &[&str], rows: &[TableRow]) {
+    /// A table whose lines are grouped by its first columns; it scrolls sideways where it does not fit.
+    pub(super) fn table(&mut self, table: &Columns) {
+        let (groups, width) = (table.groups(), table.header().len() - table.groups());
+        let class = |column: usize| if table.is_name(column + groups) { "name" } else { "" };
         self.text.push_str("<div class=\"scroll\"><table class=\"figures\">\n<thead><tr>");
-        let names = rows.first().map_or(0, |row| row.names);
-        for (column, title) in header.iter().enumerate() {
-            let class = if column < names { " class=\"name\"" } else { "" };
-            let _ = write!(self.text, "<th scope=\"col\"{class}>{}</th>", escaped(title));
+        for (column, title) in table.header()[groups..].iter().enumerate() {
+            let class = class(column);
+            let _ = write!(self.text, "<th scope=\"col\" class=\"{class}\">{}</th>", escaped(title));
         }
         self.text.push_str("</tr></thead>\n<tbody>\n");
-        for row in rows {
-            self.text.push_str(if row.starts_group { "<tr class=\"first\">" } else { "<tr>" });
-            for (column, (text, tone)) in row.cells.iter().enumerate() {
-                let name = if column < row.names { "name " } else { "" };
-                let class = format!("{name}{}", tone.class());
-                let _ = write!(self.text, "<td class=\"{}\">{}</td>", class.trim_end(), escaped(text));
+        let mut group: &[String] = &[];
+        for row in table.rows() {
+            let (of_group, cells) = row.split_at(groups.min(row.len()));
+            if of_group != group {
+                group = of_group;
+                let _ = writeln!(
+                    self.text,
+                    "<tr><th class=\"group\" colspan=\"{width}\" scope=\"rowgroup\"><span>{}</span></th></tr>",
+                    escaped(&group.join(", "))
+                );
+            }
+            let is_wrong = cells.iter().any(|cell| Tone::of(cell) == Tone::Bad);
+            self.text.push_str(if is_wrong { "<tr class=\"wrong\">" } else { "<tr>" });
+            for column in 0..width {
+                let text = cells.get(column).map_or("", String::as_str);
+                let class = format!("{} {}", class(column), Tone::of(text).class());
+                let (open, close) = if column == 0 { ("th scope=\"row\"", "th") } else { ("td", "td") };
+                let _ = write!(self.text, "<{open} class=\"{}\">{}</{close}>", class.trim(), escaped(text));
             }
             self.text.push_str("</tr>\n");
         }
         self.text.push_str("</tbody>\n</table></div>\n");
     }
 
-    /// A heading of the third order with small print beside it.
-    pub(super) fn entry(&mut self, title: &str, detail: &str, tone: Tone) {
-        let (title, detail) = (escaped(title), escaped(detail));
-        let _ = writeln!(self.text, "<h3>{title} <small class=\"{}\">{detail}</small></h3>", tone.class());
+    /// What is written by `content` is folded away until somebody opens it; on paper it is open.
+    pub(super) fn folded(&mut self, summary: &str, content: impl FnOnce(&mut Self)) {
+        let _ = writeln!(self.text, "<details><summary>{}</summary>", escaped(summary));
+        content(self);
+        self.text.push_str("</details>\n");
     }
 
-    /// Up to three pictures in a row: caption and data URI.
-    pub(super) fn row<'t>(&mut self, size: [u32; 2], pictures: impl IntoIterator<Item = (&'t str, &'t str)>) {
-        let [width, height] = size;
-        self.text.push_str("<div class=\"row\">\n");
+    /// A title with small print beside it, and up to three pictures under it: caption and data URI.
+    pub(super) fn pictures<'t>(
+        &mut self,
+        (title, detail, tone): (&str, &str, Tone),
+        [width, height]: [u32; 2],
+        pictures: impl IntoIterator<Item = (&'t str, &'t str)>,
+    ) {
+        let (title, detail, class) = (escaped(title), escaped(detail), tone.class());
+        let _ = writeln!(
+            self.text,
+            "<div class=\"entry\"><h4>{title} <small class=\"{class}\">{detail}</small></h4>\n<div class=\"pictures\">"
+        );
         for (caption, uri) in pictures {
             let caption = escaped(caption);
             let _ = writeln!(
@@ -160,7 +155,7 @@ impl Page {
                  <figcaption>{caption}</figcaption></figure>"
             );
         }
-        self.text.push_str("</div>\n");
+        self.text.push_str("</div></div>\n");
     }
 
     /// Inline SVG elements side by side.
@@ -181,17 +176,19 @@ impl Page {
         self.text.push('\n');
     }
 
-    /// A signed colour scale from −`scale` to `scale`.
-    pub(super) fn legend(&mut self, scale: f64, colour: impl Fn(f64) -> [u8; 3]) {
+    /// Small print.
+    pub(super) fn note(&mut self, text: &str) {
+        let _ = writeln!(self.text, "<p class=\"note\">{}</p>", escaped(text));
+    }
+
+    /// Colours with their meanings.
+    pub(super) fn legend(&mut self, colours: impl IntoIterator<Item = ([u8; 3], String)>) {
         self.text.push_str("<div class=\"legend\">");
-        for step in -10..=10 {
-            let [r, g, b] = colour(f64::from(step) / 10.0);
-            let _ = write!(self.text, "<span style=\"background:rgb({r},{g},{b})\"></span>");
+        for ([r, g, b], meaning) in colours {
+            let meaning = escaped(&meaning);
+            let _ = write!(self.text, "<span><i style=\"background:rgb({r},{g},{b})\"></i>{meaning}</span>");
         }
-        let _ = writeln!(
-            self.text,
-            "</div>\n<div class=\"ends\"><span>−{scale:.3e}</span><span>0</span><span>{scale:.3e}</span></div>"
-        );
+        self.text.push_str("</div>\n");
     }
 
     /// The whole page.
@@ -199,6 +196,11 @@ impl Page {
         self.text.push_str("</body>\n</html>\n");
         self.text
     }
+}
+
+/// A heading as an address within the page.
+fn anchor(heading: &str) -> String {
+    heading.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }
 
 /// Text with the five characters that mean something in HTML replaced.

@@ -1,67 +1,35 @@
-//! The report's section on the trade of speed for accuracy, and a page of it alone.
+//! The report's section on the trade of speed for accuracy, on its growth with resolution, or on flicker.
 
-use super::Report;
 use super::html::Page;
+use crate::columns::Columns;
 use crate::plot::Plot;
 
-/// A section: a plot for every shot, then the tables.
+/// A plot for every shot, a table, and what stands behind it.
+#[derive(Debug, Clone)]
 pub struct TradeSection {
-    /// What it is called.
-    pub heading: String,
     /// How to read it.
     pub introduction: String,
     /// The plots, side by side where there is room.
     pub plots: Vec<Plot>,
-    /// The tables with their titles, in plain text columns.
-    pub tables: Vec<(String, String)>,
+    /// The table that the section is about.
+    pub table: Columns,
+    /// How to read the details.
+    pub meaning_of_details: String,
+    /// Tables with their titles, folded away.
+    pub details: Vec<(String, Columns)>,
 }
 
 impl TradeSection {
-    /// Appends the section to a page.
+    /// Appends the section to a page, under its heading.
     pub(super) fn push(&self, page: &mut Page) {
-        page.heading(&self.heading);
         page.paragraph(&self.introduction);
         page.graphics(self.plots.iter().map(Plot::inline_svg));
-        for (title, table) in &self.tables {
-            page.paragraph(title);
-            page.preformatted(table);
+        page.table(&self.table);
+        if !self.details.is_empty() {
+            page.paragraph(&self.meaning_of_details);
         }
-    }
-
-    /// A page of this section alone, under the report's machine and settings.
-    pub fn html(&self, report: &Report) -> String {
-        let mut page = Page::new("Scatter: speed and accuracy");
-        report.push_settings(&mut page);
-        self.push(&mut page);
-        page.finish()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::machine::Machine;
-    use crate::tradeoff::charts::trade_plot;
-    use crate::tradeoff::example_trade;
-
-    #[test]
-    fn the_page_has_its_plots_inline_and_its_tables_and_needs_nothing_from_elsewhere() {
-        let section = TradeSection {
-            heading: "Speed and accuracy".into(),
-            introduction: "a & b".into(),
-            plots: vec![trade_plot(&example_trade()), trade_plot(&example_trade())],
-            tables: vec![("Time to each level".into(), "shot  <method>\n".into())],
-        };
-        let report = Report::new(Machine::this(), "xtask tradeoff".into(), "2026-01-02".into());
-        let html = section.html(&report);
-        assert_eq!(html.matches("<svg ").count(), 2);
-        assert!(
-            html.contains("a &amp; b")
-                && html.contains("shot  &lt;method&gt;")
-                && html.contains("2026-01-02")
-        );
-        for forbidden in ["<script", "http://", "https://", "<link", "url("] {
-            assert!(!html.contains(forbidden), "{forbidden}");
+        for (title, table) in &self.details {
+            page.folded(title, |page| page.table(table));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The tables: all settings of a shot, the time to each level, slopes, flicker; plain text or Markdown.
+//! The tables: all settings of a shot, the time to each level, slopes, flicker.
 
 use scatter_core::Quality;
 
@@ -6,12 +6,12 @@ use super::levels::{LevelRow, Reached};
 use super::motion::MotionRow;
 use super::scaling::{ScalingRow, Slope};
 use super::trade::{Rung, ShotTrade};
-use crate::columns::{aligned, markdown};
+use crate::columns::Columns;
 use crate::figures::Figures;
 use crate::table::{milliseconds, percent};
 
 /// Every setting of every technique on one shot, a technique's fastest first; `*` marks the front.
-pub fn rung_table(trade: &ShotTrade) -> String {
+pub fn rung_table(trade: &ShotTrade) -> Columns {
     const HEADER: [&str; 12] = [
         "shot",
         "method",
@@ -63,30 +63,16 @@ pub fn rung_table(trade: &ShotTrade) -> String {
         ]);
         cells
     };
-    let is_name = |column| column < 3 || column == HEADER.len() - 1;
-    aligned(&HEADER, rungs.iter().map(cells), is_name)
+    Columns::new(&HEADER, 2, rungs.iter().map(cells), |column| column < 3 || column == HEADER.len() - 1)
 }
 
 /// The time to each level with its ratio to the baseline, a line a shot and technique; `map_errors` are the relative
 /// RMSEs of the shots' maps.
-pub fn level_table(rows: &[LevelRow], map_errors: &[(String, f64)]) -> String {
-    let (header, lines) = level_cells(rows, map_errors);
-    aligned(&header, lines, |column| column < 2)
-}
-
-/// As [`level_table`], as Markdown.
-pub fn level_markdown(rows: &[LevelRow], map_errors: &[(String, f64)]) -> String {
-    let (header, lines) = level_cells(rows, map_errors);
-    markdown(&header, lines, |column| column < 2)
-}
-
-/// Header and lines: shot, method, the time to each level with its ratio, the map's own error.
-fn level_cells(rows: &[LevelRow], map_errors: &[(String, f64)]) -> ([&'static str; 6], Vec<Vec<String>>) {
+pub fn level_table(rows: &[LevelRow], map_errors: &[(String, f64)]) -> Columns {
     const HEADER: [&str; 6] =
         ["shot", "method", "preview (10 %) ms", "game (3 %) ms", "film (1 %) ms", "map's error %"];
-    let mut lines: Vec<Vec<String>> = Vec::new();
-    for levels in rows.chunks(Quality::ALL.len()) {
-        let Some(first) = levels.first() else { continue };
+    let cells = |levels: &[LevelRow]| {
+        let first = levels.first()?;
         let map_error = map_errors.iter().find(|(shot, _)| *shot == first.shot);
         let mut line = vec![first.shot.clone(), first.method.clone()];
         line.extend(levels.iter().map(|row| match (&row.unsupported, &row.reached) {
@@ -95,9 +81,9 @@ fn level_cells(rows: &[LevelRow], map_errors: &[(String, f64)]) -> ([&'static st
             (None, Some(reached)) => time_and_ratio(reached),
         }));
         line.push(map_error.map_or_else(|| "-".into(), |(_, error)| percent(*error)));
-        lines.push(line);
-    }
-    (HEADER, lines)
+        Some(line)
+    };
+    Columns::new(&HEADER, 1, rows.chunks(Quality::ALL.len()).filter_map(cells), |column| column < 2)
 }
 
 fn time_and_ratio(reached: &Reached) -> String {
@@ -111,7 +97,7 @@ fn time_and_ratio(reached: &Reached) -> String {
 }
 
 /// The times at all sizes and their slope, a line a shot and technique.
-pub fn scaling_table(rows: &[ScalingRow], slopes: &[Slope]) -> String {
+pub fn scaling_table(rows: &[ScalingRow], slopes: &[Slope]) -> Columns {
     const HEADER: [&str; 6] = ["shot", "method", "1 thr ms by size", "level's p99 %", "slope", "scatter %"];
     let cells = |slope: &Slope| {
         let mut of_slope: Vec<&ScalingRow> = rows
@@ -139,11 +125,11 @@ pub fn scaling_table(rows: &[ScalingRow], slopes: &[Slope]) -> String {
             number(slope.fit.map(|fit| 100.0 * fit.residual)),
         ]
     };
-    aligned(&HEADER, slopes.iter().map(cells), |column| column < 4)
+    Columns::new(&HEADER, 1, slopes.iter().map(cells), |column| column < 4)
 }
 
 /// The flicker of each technique's error, a line a shot and technique.
-pub fn motion_table(rows: &[MotionRow]) -> String {
+pub fn motion_table(rows: &[MotionRow]) -> Columns {
     const HEADER: [&str; 7] =
         ["shot", "method", "rel_rmse %", "error's flicker %", "truth's own %", "non-fin", "setting"];
     let cells = |row: &MotionRow| {
@@ -171,7 +157,7 @@ pub fn motion_table(rows: &[MotionRow]) -> String {
         cells.extend([row.non_finite.to_string(), setting.trim().to_string()]);
         cells
     };
-    aligned(&HEADER, rows.iter().map(cells), |column| column < 2 || column == 6)
+    Columns::new(&HEADER, 1, rows.iter().map(cells), |column| column < 2 || column == 6)
 }
 
 #[cfg(test)]
@@ -183,7 +169,7 @@ mod tests {
 
     #[test]
     fn the_level_table_has_a_line_a_technique() {
-        let text = level_table(&level_rows(&trade()), &[("nave".into(), 0.0142)]);
+        let text = level_table(&level_rows(&trade()), &[("nave".into(), 0.0142)]).to_string();
         let lines: Vec<Vec<&str>> = text
             .lines()
             .map(|line| line.split("  ").map(str::trim).filter(|c| !c.is_empty()).collect())
@@ -191,7 +177,7 @@ mod tests {
         assert_eq!(lines[1], ["nave", "march", "10.0 (1.00×)", "50.0 (1.00×)", "200 (1.00×)", "1.42"]);
         assert_eq!(lines[2], ["nave", "exact", "20.0 (0.50×)", "20.0 (2.50×)", "20.0 (10.0×)", "1.42"]);
         assert_eq!(lines[3], ["nave", "rough", "not reached", "not reached", "not reached", "1.42"]);
-        let markdown = level_markdown(&level_rows(&trade()), &[]);
+        let markdown = level_table(&level_rows(&trade()), &[]).markdown();
         assert!(
             markdown.contains("| nave | exact | 20.0 (0.50×) | 20.0 (2.50×) | 20.0 (10.0×) | - |\n"),
             "{markdown}"
@@ -202,7 +188,7 @@ mod tests {
     fn the_rung_table_is_sorted_by_time_and_marks_the_front() {
         let mut trade = trade();
         trade.rungs.swap(0, 3);
-        let text = rung_table(&trade);
+        let text = rung_table(&trade).to_string();
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 8);
         assert!(lines[1].contains("e=0.4") && lines[4].contains("e=0.005"), "{text}");
@@ -213,7 +199,7 @@ mod tests {
     #[test]
     fn the_scaling_table_has_points_and_slopes() {
         let rows = [rows("a", "march", 100.0, 3.0), rows("b", "march", 10.0, 2.0)].concat();
-        let text = scaling_table(&rows, &slopes(&rows));
+        let text = scaling_table(&rows, &slopes(&rows)).to_string();
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[1].contains("1.56 4.42 12.5 35.4 100") && lines[1].contains("3.00"), "{text}");
         assert!(lines[3].starts_with("all") && lines[3].contains("2.50"), "{text}");

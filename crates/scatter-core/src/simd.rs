@@ -1,21 +1,25 @@
-//! The instruction set that inner loops are compiled for, chosen once when the technique is made.
+//! The instruction set that inner loops are compiled for, chosen once when a technique is made.
 
 pub use fearless_simd::Level;
 
-/// The widest one of this CPU; `SCATTER_SIMD=baseline` forces what every CPU of the target has.
-pub fn chosen() -> Level {
+/// The widest one of this CPU; `SCATTER_SIMD=baseline` in the environment forces what every CPU of the target has.
+pub fn simd_level() -> Level {
     let baseline = std::env::var_os("SCATTER_SIMD").is_some_and(|value| value == "baseline");
     if baseline { Level::baseline() } else { Level::new() }
 }
 
-/// Runs an expression with the instructions of a level, AVX-512, AVX2 or the target's baseline; vectors of the name
-/// before `=>` are of that kind.
+/// Runs an expression with the instructions of a [`Level`]: AVX-512, AVX2 or the target's baseline. Vectors of the name
+/// before `=>`, if there is one, are of that kind.
+///
+/// `fearless_simd::dispatch!` without SSE4.2: every CPU that is fast enough has AVX2, the others are served by SSE2, and
+/// a copy less of every loop is a quarter of a crate's build.
+#[macro_export]
 macro_rules! at_level {
     ($level:expr, $work:expr) => {
-        at_level!($level, _simd => $work)
+        $crate::at_level!($level, _simd => $work)
     };
     ($level:expr, $simd:ident => $work:expr) => {{
-        use fearless_simd::Simd;
+        use $crate::fearless_simd::Simd as _;
         #[cfg(target_arch = "x86_64")]
         {
             if let Some($simd) = $level.as_avx512() {
@@ -28,7 +32,6 @@ macro_rules! at_level {
             }
         }
         #[cfg(not(target_arch = "x86_64"))]
-        fearless_simd::dispatch!($level, $simd => $simd.vectorize(#[inline(always)] || $work))
+        $crate::fearless_simd::dispatch!($level, $simd => $simd.vectorize(#[inline(always)] || $work))
     }};
 }
-pub(crate) use at_level;
