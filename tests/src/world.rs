@@ -9,7 +9,7 @@ use raymarch_ref::{Options, RayMarch, ShadowMapWalk};
 use scatter::epipolar::{Epipolar, Options as EpipolarOptions};
 use scatter_core::{
     Camera, CubeShadow, DepthMap, Frame, Light, MapProjection, Medium, Phase, RayLight, ScatterImage,
-    Scattering, ShadowLayer, ShadowMap, VolumetricShadow,
+    Scattering, SceneFacts, ShadowLayer, ShadowMap, Target, Technique, VolumetricShadow,
 };
 use scatter_scene::{RaycastTruth, Scene, SceneCaster};
 
@@ -278,6 +278,21 @@ impl World {
 
     /// Renders the world with any technique.
     pub fn render_with(&self, technique: &mut dyn VolumetricShadow) -> ScatterImage {
+        self.with_frame(|frame| {
+            let mut image = ScatterImage::new();
+            technique.supports(frame).expect("references support every frame");
+            technique.render(frame, &mut image).expect("references render every frame");
+            image
+        })
+    }
+
+    /// Renders the world with a technique configured for it, without options; `None` if it cannot promise the target.
+    pub fn render_by(&self, technique: &dyn Technique, target: Target) -> Option<ScatterImage> {
+        let instance = self.with_frame(|frame| technique.configure(target, &[], &SceneFacts::of(frame)));
+        Some(self.render_with(instance.ok()?.as_mut()))
+    }
+
+    fn with_frame<R>(&self, visit: impl FnOnce(&Frame<'_>) -> R) -> R {
         let maps = self.maps.as_ref().expect("a world has maps");
         let (camera, light, medium) = (self.camera(), self.light(), self.medium());
         let scaled = |texels: &[f32]| -> Vec<f32> { texels.iter().map(|&t| t * self.scale as f32).collect() };
@@ -295,11 +310,7 @@ impl World {
         };
         let depth = DepthMap::new(&depth, self.size).expect("checked");
         let max_distance = self.max_distance * self.scale;
-        let frame = Frame::new(&camera, depth, &light, &shadow, &medium, max_distance).expect("a sane frame");
-        let mut image = ScatterImage::new();
-        technique.supports(&frame).expect("references support every frame");
-        technique.render(&frame, &mut image).expect("references render every frame");
-        image
+        visit(&Frame::new(&camera, depth, &light, &shadow, &medium, max_distance).expect("a sane frame"))
     }
 
     /// The closed form of every pixel without shadows, to the end of its ray.

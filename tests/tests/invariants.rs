@@ -6,7 +6,8 @@
 //! unoccluded value (a spot's: without its cone). The marcher works in f32: `MARCHER` allows for 2,048 additions of rounded weights.
 
 use proptest::prelude::*;
-use scatter_core::ScatterImage;
+use scatter::TECHNIQUES;
+use scatter_core::{Quality, ScatterImage, Target};
 use scatter_tests::{Method, World, WorldLight};
 
 const ROUNDING: f64 = 2e-6;
@@ -20,6 +21,9 @@ const EPIPOLAR_FACES: f64 = 2e-5;
 const EPIPOLAR_FACTORS: f64 = 1e-4;
 /// Two view rays an eighth of a pixel of 75°/9 apart, in radians: how differently they weigh a lamp's light.
 const EPIPOLAR_LAMP: f64 = 2e-2;
+/// A product of f32 factors of which the light's strength is one, three times, and a sum: a few roundings of 6e-8 each.
+/// A lamp's closed form is rounded as a whole before it.
+const PRODUCTS: f64 = 1e-6;
 const EXACT: [Method; 2] = [Method::RaycastTruth, Method::ShadowMapWalk];
 const ALL: [Method; 4] =
     [Method::RaycastTruth, Method::ShadowMapWalk, Method::RayMarch(32), Method::Epipolar];
@@ -138,6 +142,32 @@ proptest! {
             let thin = thinner.render(method);
             let expected = |n: usize| at(&image)(n).map(|v| 0.5 * v);
             prop_assert_eq!(differing(&thin, expected, &scale, tolerance(method)), 0, "{:?}", method);
+        }
+    }
+
+    /// 3b. Two lights in the same place add up: what is found of the map does not depend on the light's strength. By
+    /// every technique's presets and error targets, whatever they choose for the frame.
+    #[test]
+    fn the_images_of_two_lights_in_one_place_add_up(world in World::any(12), other in [0.0..50.0f64, 0.0..50.0, 0.0..50.0]) {
+        let scale = world.scale_of_rounding();
+        let with = |strength: [f64; 3]| {
+            let mut world = world.clone();
+            world.strength = strength;
+            world
+        };
+        let both: [f64; 3] = std::array::from_fn(|c| world.strength[c] + other[c]);
+        // The same in units of a light that is as strong as both.
+        let scale: Vec<[f64; 3]> =
+            scale.iter().map(|p| std::array::from_fn(|c| p[c] / world.strength[c] * both[c])).collect();
+        for technique in TECHNIQUES {
+            for target in [Target::Quality(Quality::Preview), Target::Quality(Quality::Game), Target::Error(0.02)] {
+                let Some(mut sum) = world.render_by(*technique, target) else { continue };
+                sum.add(&with(other).render_by(*technique, target).unwrap()).unwrap();
+                let image = with(both).render_by(*technique, target).unwrap();
+                let tolerance = if technique.info().id == "epipolar" { PRODUCTS } else { MARCHER };
+                let found = differing(&image, at(&sum), &scale, tolerance);
+                prop_assert_eq!(found, 0, "{} {:?}", technique.info().id, target);
+            }
         }
     }
 

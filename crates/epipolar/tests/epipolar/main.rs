@@ -4,8 +4,11 @@
 #[path = "../../../raymarch-ref/tests/references/random_scene.rs"]
 mod random_scene;
 
+mod cases;
 mod coloured;
 mod convergence;
+mod epipole_on_screen;
+mod extrema;
 mod instances;
 mod intervals;
 mod judged;

@@ -1,6 +1,8 @@
 //! The rectified row of the slice that goes exactly through one pixel's centre, made of the crate's public stages.
 
-use epipolar::{Cells, ColumnOrder, Epipole, Extrema, Major, MapLine, Row, Seen, Slice, SlicePlane};
+use epipolar::{
+    Cells, ColumnOrder, Epipole, Extrema, LayerExtrema, Major, MapLine, Row, Seen, Slice, SlicePlane,
+};
 use glam::{DVec2, DVec3};
 use scatter_core::{Frame, MapProjection, ShadowMap, simd_level};
 
@@ -19,6 +21,8 @@ pub struct RowOfPixel {
     pub gamma_end: f64,
     /// Distance of a lamp.
     pub lamp: Option<f64>,
+    /// Texel columns that were read.
+    pub read: u32,
 }
 
 /// Where the sine of the angle to the light is smaller, γ says little about a ray.
@@ -26,7 +30,19 @@ const LEAST_SINE: f64 = 1e-3;
 
 impl RowOfPixel {
     /// `None` where the pixel lies at the epipole.
-    pub fn new(frame: &Frame<'_>, [x, y]: [u32; 2], cells: Cells) -> Option<Self> {
+    pub fn new(frame: &Frame<'_>, pixel: [u32; 2], cells: Cells) -> Option<Self> {
+        let mut extrema = Extrema::default();
+        extrema.rebuild(simd_level(), frame.shadow());
+        Self::with_extrema(frame, pixel, cells, |index| extrema.layer(index))
+    }
+
+    /// With other extrema than the map's own, layer by layer.
+    pub fn with_extrema<'a>(
+        frame: &Frame<'_>,
+        [x, y]: [u32; 2],
+        cells: Cells,
+        extrema: impl Fn(usize) -> LayerExtrema<'a>,
+    ) -> Option<Self> {
         let camera = frame.camera();
         let epipole = Epipole::new(camera, frame.light());
         let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
@@ -58,13 +74,21 @@ impl RowOfPixel {
             cosine,
             gamma_end: 0.0,
             lamp,
+            read: 0,
         };
         this.gamma_end = this.gamma_of(end);
-        this.fill(frame, &plane, order, cells);
+        this.fill(frame, &plane, order, cells, extrema);
         Some(this)
     }
 
-    fn fill(&mut self, frame: &Frame<'_>, plane: &SlicePlane, order: ColumnOrder, cells: Cells) {
+    fn fill<'a>(
+        &mut self,
+        frame: &Frame<'_>,
+        plane: &SlicePlane,
+        order: ColumnOrder,
+        cells: Cells,
+        extrema: impl Fn(usize) -> LayerExtrema<'a>,
+    ) {
         let columns = self.column_count;
         let seen = Seen { cells, columns, split_over: 0.0 };
         // The reach is f32 in the technique; an ulp more than the end, so that the last cell is whole.
@@ -79,8 +103,6 @@ impl RowOfPixel {
                 .filter_map(|(index, layer)| Some((line(layer.projection())?, layer, index)))
                 .collect(),
         };
-        let mut extrema = Extrema::default();
-        extrema.rebuild(simd_level(), frame.shadow());
         parts.sort_by(|a, b| a.0.gamma.at(0.0).total_cmp(&b.0.gamma.at(0.0)));
         // Room for a cut at every column of every cell.
         let texels: u32 = parts.iter().map(|(line, ..)| line.columns).sum();
@@ -92,7 +114,7 @@ impl RowOfPixel {
                 continue; // The slice runs along the edge between two faces.
             }
             covered = line.gamma.at(line.length);
-            self.row.append(simd_level(), line, layer.texels(), extrema.layer(*index), seen);
+            self.read += self.row.append(simd_level(), line, layer.texels(), extrema(*index), seen);
             self.row.push(line.gamma.at(line.length), columns);
         }
         self.row.finish();

@@ -11,104 +11,15 @@ use proptest::strategy::ValueTree;
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{Camera, Frame};
 
+use crate::cases::{Case, cases};
 use crate::intervals::{Intervals, outside_of_all};
-use crate::random_scene::{MapKind, Random, Recipe, Scene};
+use crate::random_scene::MapKind;
 use crate::row_of_pixel::{RowOfPixel, axis};
 
 /// f32 rounds positions of a scene of size 16 by up to 1e-6: twice, on the map and along the light.
 const MOST_BACKWARD: f64 = 2e-6;
 /// The smallest one that is tried.
 const LEAST_BACKWARD: f64 = 1e-8;
-
-/// What the texels of the random scene's maps are replaced by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Texels {
-    Random,
-    Constant,
-    Checkerboard,
-    Slabs,
-}
-
-/// Where the camera looks, seen from the light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Facing {
-    Anywhere,
-    Towards,
-    Away,
-    /// The light is parallel to the image plane, the epipole at infinity.
-    Across,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Case {
-    seed: u64,
-    kind: MapKind,
-    texels: Texels,
-    facing: Facing,
-    outside: bool,
-}
-
-fn cases() -> impl Strategy<Value = Case> {
-    let kind = prop_oneof![
-        3 => Just(MapKind::Orthographic),
-        2 => Just(MapKind::Spot),
-        1 => Just(MapKind::SpotCube),
-        2 => Just(MapKind::Point)
-    ];
-    let texels = prop_oneof![
-        2 => Just(Texels::Random),
-        1 => Just(Texels::Constant),
-        1 => Just(Texels::Checkerboard),
-        1 => Just(Texels::Slabs)
-    ];
-    let facing =
-        prop_oneof![Just(Facing::Anywhere), Just(Facing::Towards), Just(Facing::Away), Just(Facing::Across)];
-    (any::<u64>(), kind, texels, facing, any::<bool>())
-        .prop_map(|(seed, kind, texels, facing, outside)| Case { seed, kind, texels, facing, outside })
-}
-
-impl Case {
-    fn scene(self) -> Scene {
-        let mut scene = Scene::random(self.seed, Recipe { size: [11, 7], ..Recipe::of(self.kind) });
-        let mut random = Random(self.seed ^ 0x5EED);
-        // Ten units away is outside of every map, and inside of it is half of the time within.
-        let eye = random.direction() * if self.outside { 10.0 } else { random.range(0.5, 3.0) };
-        let to_light = scene.light.position().map_or_else(
-            || match &scene.light {
-                scatter_core::Light::Directional(sun) => -sun.direction(),
-                _ => DVec3::Y,
-            },
-            |lamp| (lamp - eye).normalize(),
-        );
-        let slightly = random.direction() * random.range(0.0, 0.5);
-        let forward = match self.facing {
-            Facing::Anywhere => (random.direction() * 0.4 - eye).normalize(),
-            Facing::Towards => to_light + slightly,
-            Facing::Away => slightly - to_light,
-            Facing::Across => to_light.cross(random.direction()),
-        };
-        let up = random.direction();
-        let degrees = random.range(30.0, 110.0);
-        scene.camera =
-            Camera::perspective(eye.into(), (eye + forward).into(), up.into(), degrees, [11, 7]).unwrap();
-        scene.max_distance = random.range(3.0, 6.0) + if self.outside { 9.0 } else { 0.0 };
-        let sizes: Vec<_> = scene.projections.iter().map(|projection| projection.size()).collect();
-        let (near, far) = (random.range(0.5, 5.0) as f32, random.range(1.0, 9.0) as f32);
-        let slab = 1 + random.below(4) as usize;
-        for (texels, [width, _]) in scene.texels.iter_mut().zip(sizes) {
-            for (index, texel) in texels.iter_mut().enumerate() {
-                let (i, j) = (index % width as usize, index / width as usize);
-                match self.texels {
-                    Texels::Random => {}
-                    Texels::Constant => *texel = near,
-                    Texels::Checkerboard => *texel = if (i + j).is_multiple_of(2) { near } else { far },
-                    Texels::Slabs => *texel = if (i / slab).is_multiple_of(2) { near } else { f32::INFINITY },
-                }
-            }
-        }
-        scene
-    }
-}
 
 /// The lit light rays of a pixel as the walk finds them from an eye moved by `shift`.
 fn walked(frame: &Frame<'_>, pixel: [u32; 2], shift: DVec3, of: &RowOfPixel) -> Intervals {
