@@ -104,8 +104,10 @@ impl Options {
     ///
     /// Along a slice that is derived: rows are exact, and the factorisation keeps half of `error` (for a lamp as
     /// measured, where its phase function allows). Between slices it is checked: where two neighbours differ by more
-    /// than the other half, and still do half a pixel's 64th apart, the pixel is walked ray by ray. What is thinner
-    /// than half a pixel and lies between two slices that agree is not seen.
+    /// than a twentieth of it, weighted by how far the pixel is from both, and still do half a pixel's 64th apart, the
+    /// pixel is walked ray by ray. (A half leaves up to 219 of 19,000 pixels beyond, since the weight is a mean over where
+    /// an edge may lie; a tenth still 34.) What is thinner than half a pixel and lies between two slices that agree is not
+    /// seen; on 15 shots less than one pixel in a thousand is. Unoccluded means without the light's glass, too.
     pub fn for_error(error: f64, size: [u32; 2]) -> Result<Self, OptionError> {
         if !(error > 0.0 && error < 1.0) {
             return Err(OptionError::BadValue {
@@ -117,7 +119,7 @@ impl Options {
         }
         let fine = Self::for_quality(Quality::Film, size);
         let refinement = Refinement {
-            tolerance: 0.5 * error as f32,
+            tolerance: 0.05 * error as f32,
             floor: 1.0,
             halvings: MOST_HALVINGS,
             walks_rest: true,

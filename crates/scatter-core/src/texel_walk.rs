@@ -144,7 +144,8 @@ impl Axis {
         let index = value.floor() as i64;
         // On a border that it enters downwards, the texel is the one below.
         let on_border = self.heading < 0 && value == value.floor();
-        (index - i64::from(on_border)).clamp(0, self.count - 1)
+        // Of an empty walk the value may be infinite.
+        index.saturating_sub(i64::from(on_border)).clamp(0, self.count - 1)
     }
 }
 
@@ -228,6 +229,13 @@ mod tests {
         let spans: Vec<_> = TexelWalk::new(&map, &ray, 0.0, f64::INFINITY).collect();
         assert_eq!(spans.len(), 1);
         assert_eq!((spans[0].t_min, spans[0].t_max), (0.0, f64::INFINITY));
+    }
+
+    #[test]
+    fn a_ray_from_the_plane_of_a_cube_face_never_enters_it() {
+        let map = MapProjection::cube_face([0.0, 3.0, 0.0], 0, 4).unwrap();
+        let ray = map.ray(DVec3::ZERO, DVec3::new(0.0, 1.0, 6.0), DVec3::new(-0.3, -0.2, -1.0));
+        assert_eq!(TexelWalk::new(&map, &ray, 0.0, 10.0).count(), 0);
     }
 
     #[test]
