@@ -349,12 +349,14 @@ impl Technique for EpipolarTechnique {
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         // Spacing and tolerance fall together; towards the end gaps are halved more often.
-        let rungs: [(f64, f64, u32, f64); 9] = [
+        let rungs: [(f64, f64, u32, f64); 11] = [
             (8.0, 0.4, 2, 1.0),
             (4.0, 0.2, 2, 1.0),
             (2.0, 0.1, 2, 1.0),
+            (2.0, 0.02, 3, 0.5),
             (1.0, 0.05, 2, 0.5),
             (1.0, 0.02, 3, 0.25),
+            (0.8, 0.02, 3, 0.0),
             (0.5, 0.02, 3, 0.25),
             (0.3, 0.02, 2, 0.25),
             (0.5, 0.01, 4, 0.25),
