@@ -18,6 +18,10 @@ const GROUPS: usize = LANES / TILE;
 /// f32 quotients up to 65,536 columns apart, well below a column.
 const CERTAIN: f32 = 1.0 / 64.0;
 
+/// Columns from a slice's ends beyond which texels that hide less than `split_over` columns are not cut: there a quarter of
+/// a column is 0.4 % of the angle to an epipole at the end.
+const FAR_FROM_ENDS: f32 = 64.0;
+
 /// A line, cut where it crosses from tile to tile along its major axis.
 struct Stretches {
     count: u32,
@@ -257,8 +261,11 @@ impl CellBatch {
         for cell in 0..2 {
             let ends = [load(&self.borders[cell]), load(&self.borders[cell + 1])];
             let [from, to] = surface.lit_lanes(simd, ends, load(&self.depths[cell]));
-            // Where a texel hides less than a column, its middle stands for all of it.
-            let whole = (to - from).abs().simd_le(Lanes::splat(simd, split_over));
+            // Where a texel hides little, its middle stands for all of it. Near the slice's ends, one of which may be the
+            // epipole, less is much of a view ray's angle to the light.
+            let from_end = from.min(Lanes::splat(simd, surface.columns) - from);
+            let little = (from_end * (1.0 / FAR_FROM_ENDS)).min(Lanes::splat(simd, 1.0)) * split_over;
+            let whole = (to - from).abs().simd_le(little);
             let middle = (from + to) * 0.5;
             lit[2 * cell] = whole.select(middle, from).to_int();
             lit[2 * cell + 1] = whole.select(middle, to).to_int();

@@ -33,7 +33,7 @@ pub struct Options {
     /// How the integrand is factorised.
     pub factorisation: Factorisation,
     /// Columns of a slice that one texel may hide before the light rays behind it are told apart, 0 to 16: 0 is exact,
-    /// 1 shifts a shadow's edge by up to half a column.
+    /// 1 shifts a shadow's edge by up to half a column. Less within 64 columns of a slice's ends.
     pub split_over: f32,
     /// How lit runs are summed; `None` takes the fastest for each slice.
     pub integrator: Option<Integrator>,
@@ -62,6 +62,9 @@ const TUNED_DIAGONAL: f64 = 1600.0;
 /// Image diagonal \[pixels\] from which on the presets measure their spacing. Below it a sample of gaps says little.
 const LEAST_MEASURED_DIAGONAL: f64 = 480.0;
 
+/// RMS error, relative to the mean, that the presets aim at where they measure their spacing: 1 % is promised.
+const MOST_RMS: f32 = 0.006;
+
 impl Default for Options {
     fn default() -> Self {
         Self::for_quality(Quality::default(), [1280, 960])
@@ -78,7 +81,10 @@ impl Options {
             Quality::Film => (4.0, 0.125, 0.009, 3, 0.25, 2e-3),
         };
         // What the sample predicts is met by most scenes; half of it leaves room for the others.
-        let aim = Aim { error: 0.5 * level.error() as f32, finest };
+        // The RMS is made by shadows' edges: in dark halls, relative to a mean of few lit pixels, they are most of it.
+        let error = 0.5 * level.error() as f32;
+        let aim =
+            Aim { error, rms: if level == Quality::Preview { error } else { error.min(MOST_RMS) }, finest };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
         let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
         // Small images have too few gaps for a sample, and cost little anyway.

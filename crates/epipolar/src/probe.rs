@@ -26,11 +26,13 @@ pub struct Probe {
     light: AtomicU64,
 }
 
-/// The error that a frame is to keep: that of 99 % of its pixels, and its RMS relative to the mean.
+/// The errors that a frame is to keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aim {
-    /// Both errors, as a fraction.
+    /// That of 99 % of its pixels, relative to each.
     pub error: f32,
+    /// The RMS of all, relative to their mean.
+    pub rms: f32,
     /// The finest spacing \[pixels\] that is tried.
     pub finest: f64,
 }
@@ -64,7 +66,7 @@ impl Probe {
         let rms = (read(&self.squares) / f64::from(SQUARE_UNITS) / pixels.max(1.0)).sqrt();
         // p99: one pixel in a hundred may be off.
         let (over, allowed) = (read(&self.over), 0.01 * pixels);
-        let target = f64::from(aim.error) * mean;
+        let target = f64::from(aim.rms) * mean;
         if over <= allowed && rms <= target {
             return None;
         }
