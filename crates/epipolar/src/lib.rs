@@ -63,6 +63,7 @@ mod slice_pass;
 
 mod options;
 mod technique;
+mod tool;
 
 pub use bands::Bands;
 pub use epipole::Epipole;
@@ -73,10 +74,11 @@ pub use integrate::{
     Blocks, Integrator, IntegratorScratch, Problem, Queries, RunIndex, Runs, Terms, integrate,
 };
 pub use map_line::{ColumnOrder, Gamma, MapLine, direction_of_turn, turn};
-pub use options::{Around, EpipolarTechnique, Options, TECHNIQUE};
+pub use options::{Around, ID, Options};
 pub use probe::Aim;
 pub use row::{Cells, Row, Seen};
 pub use slice_pass::{MOST_HALVINGS, Refinement, Resampling};
 pub use slice_plane::{STEEPEST, SlicePlane};
 pub use slices::{Fan, Major, Slice, SliceSet};
-pub use technique::{Epipolar, ID};
+pub use technique::Epipolar;
+pub use tool::{EpipolarTechnique, TECHNIQUE};

@@ -14,7 +14,7 @@ use crate::extrema::Extrema;
 use crate::answer::{Answerer, Manner};
 use crate::fan_pixels::FanPixels;
 use crate::integrand::{Integrand, Precision};
-use crate::options::{Around, Options};
+use crate::options::{Around, ID, Options};
 use crate::probe::{Aim, Probe, stride};
 use crate::resolve::Resolve;
 use crate::row::Cells;
@@ -23,9 +23,6 @@ use crate::slice_pass::{SlicePass, Worker};
 use crate::slice_plane::STEEPEST;
 use crate::slices::{Slice, SliceSet};
 use scatter_core::{Level, at_level, simd_level};
-
-/// The id of [`Epipolar`].
-pub const ID: &str = "epipolar";
 
 /// Half angle of the ring around the epipole that the paper marches (Section 6: "about two degrees").
 const RING_DEGREES: f64 = 2.0;
