@@ -3,7 +3,7 @@
 //! All stages of a slice run one after the other on the same few kilobytes, so that rectified rows never leave the
 //! innermost caches; only shares come out.
 
-use scatter_core::{Camera, Frame, Light, MapProjection, ShadowLayer, ShadowMap};
+use scatter_core::{Camera, Frame, Level, Light, MapProjection, ShadowLayer, ShadowMap};
 
 use crate::asks::Asks;
 use crate::epipole::Epipole;
@@ -17,7 +17,6 @@ use crate::slice_plane::SlicePlane;
 use crate::slices::{Major, Slice};
 use crate::tables::{Table, Views};
 use crate::tint::TintedRow;
-use scatter_core::Level;
 
 /// Length of a view ray that never ends: far enough for any lamp, and its products stay within f32.
 const FARTHEST: f64 = 1e18;
@@ -69,10 +68,7 @@ pub struct SliceBuffers {
     cone: Vec<f32>,
     lamp_prefix: Vec<f32>,
     prefix: Vec<f32>,
-    /// For integrators that take all queries at once.
-    ranks: Vec<u32>,
-    ends: Vec<f32>,
-    sums: Vec<f32>,
+    at_once: AtOnce,
     integrator: IntegratorScratch,
     pub counts: Counts,
 }
@@ -105,11 +101,12 @@ impl SliceBuffers {
             grow(buffer, columns);
         }
         grow(&mut self.prefix, (runs + 1) * terms);
-        if self.ranks.len() < asks {
-            self.ranks.resize(asks, 0);
+        let AtOnce { ranks, ends, sums } = &mut self.at_once;
+        if ranks.len() < asks {
+            ranks.resize(asks, 0);
         }
-        grow(&mut self.ends, asks * terms);
-        grow(&mut self.sums, asks * terms);
+        grow(ends, asks * terms);
+        grow(sums, asks * terms);
         grow(&mut self.lamp_prefix, integrand.buffer_len());
         // A lamp without a cone must not shine through that of the frame before.
         self.cone.clear();
@@ -126,14 +123,14 @@ impl SliceBuffers {
             &self.cone,
             &self.lamp_prefix,
             &self.prefix,
-            &self.ends,
-            &self.sums,
+            &self.at_once.ends,
+            &self.at_once.sums,
         ];
         self.row.memory_bytes()
             + self.tinted.memory_bytes()
             + self.integrator.memory_bytes()
             + size_of::<RunIndex>()
-            + 4 * self.ranks.capacity()
+            + 4 * self.at_once.ranks.capacity()
             + 4 * floats.iter().map(|buffer| buffer.capacity()).sum::<usize>()
     }
 }
@@ -365,7 +362,7 @@ impl<'a> Answerer<'a> {
         buffers: &mut SliceBuffers,
     ) {
         let table = Table::<N>::new(tables.prefix, tables.per_gamma);
-        let pixels = asks.column(range.start).1.start..asks.column(range.end - 1).1.end;
+        let pixels = asks.pixels(&range);
         let ask_runs = &asks.runs[pixels.clone()];
         let runs = ask_runs.iter().fold(0, |a, &b| a.max(b)) as usize + 1;
         let (starts, lit, tint) = if self.frame.texture().is_some() {
@@ -395,49 +392,99 @@ impl<'a> Answerer<'a> {
         };
         let integrator =
             self.integrator.unwrap_or_else(|| Integrator::fastest_for(pixels.len(), runs.lit.len()));
+        let band = Band { table, views, runs, order, channel };
         if integrator == Integrator::Blocks {
-            let mut blocks = Blocks::new(runs, &mut buffers.integrator);
-            let count = range.len();
-            for step in 0..count {
-                // Towards the light.
-                let index = if order.ascending { range.end - 1 - step } else { range.start + step };
-                let (column, pixels) = asks.column(index);
-                let rank = order.rank(order.columns[0] + column as u32);
-                let view = views.at(column);
-                blocks.advance((rank - runs.columns[0]) as usize);
-                let places = asks.gammas[pixels.clone()].iter().zip(&asks.runs[pixels.clone()]);
-                for (share, (&gamma, &run)) in asks.shares[channel][pixels].iter_mut().zip(places) {
-                    let (run, end) = (run as usize, table.at(gamma));
-                    let mut sum = blocks.before(run);
-                    let part = runs.last_part(run, rank, &end);
-                    (0..N).for_each(|term| sum[term] += part[term]);
-                    *share = views.share(&view, &sum, &end);
-                }
-            }
-            return;
+            band.answer_by_columns(range, asks, &mut buffers.integrator);
+        } else {
+            band.answer_at_once(integrator, range, asks, &mut buffers.at_once, &mut buffers.integrator);
         }
+    }
+}
+
+/// What the columns of one band are answered with.
+struct Band<'a, const N: usize> {
+    /// ∫Γ up to a light ray.
+    table: Table<'a, N>,
+    views: Views<'a, N>,
+    runs: Runs<'a, N>,
+    order: ColumnOrder,
+    channel: usize,
+}
+
+/// Buffers for integrators that take all queries at once.
+#[derive(Debug, Default)]
+struct AtOnce {
+    ranks: Vec<u32>,
+    ends: Vec<f32>,
+    sums: Vec<f32>,
+}
+
+impl<const N: usize> Band<'_, N> {
+    /// The place of a column in the order of light.
+    #[inline(always)]
+    fn rank(&self, column: usize) -> u32 {
+        self.order.rank(self.order.columns[0] + column as u32)
+    }
+
+    /// Column after column, each pixel in one go: what it needs never leaves the registers.
+    #[inline(always)]
+    fn answer_by_columns(
+        &self,
+        range: std::ops::Range<usize>,
+        asks: &mut Asks,
+        scratch: &mut IntegratorScratch,
+    ) {
+        let mut blocks = Blocks::new(self.runs, scratch);
+        for step in 0..range.len() {
+            // Towards the light.
+            let index = if self.order.ascending { range.end - 1 - step } else { range.start + step };
+            let (column, pixels) = asks.column(index);
+            let (rank, view) = (self.rank(column), self.views.at(column));
+            blocks.advance((rank - self.runs.columns[0]) as usize);
+            let places = asks.gammas[pixels.clone()].iter().zip(&asks.runs[pixels.clone()]);
+            for (share, (&gamma, &run)) in asks.shares[self.channel][pixels].iter_mut().zip(places) {
+                let (run, end) = (run as usize, self.table.at(gamma));
+                let mut sum = blocks.before(run);
+                let part = self.runs.last_part(run, rank, &end);
+                (0..N).for_each(|term| sum[term] += part[term]);
+                *share = self.views.share(&view, &sum, &end);
+            }
+        }
+    }
+
+    /// All pixels as one [`Problem`].
+    #[inline(always)]
+    fn answer_at_once(
+        &self,
+        integrator: Integrator,
+        range: std::ops::Range<usize>,
+        asks: &mut Asks,
+        buffers: &mut AtOnce,
+        scratch: &mut IntegratorScratch,
+    ) {
+        let pixels = asks.pixels(&range);
         let ends = &mut buffers.ends.as_chunks_mut::<N>().0[..pixels.len()];
         for (end, &gamma) in ends.iter_mut().zip(&asks.gammas[pixels.clone()]) {
-            *end = table.at(gamma);
+            *end = self.table.at(gamma);
         }
         for index in range.clone() {
-            let (column, pixels) = asks.column(index);
-            buffers.ranks[pixels].fill(order.rank(order.columns[0] + column as u32));
+            let (column, own) = asks.column(index);
+            buffers.ranks[own].fill(self.rank(column));
         }
         let problem = Problem {
-            runs,
+            runs: self.runs,
             queries: Queries { ranks: &buffers.ranks[pixels.clone()], runs: &asks.runs[pixels.clone()] },
             ends,
-            ascending: order.ascending,
+            ascending: self.order.ascending,
         };
         let sums = &mut buffers.sums.as_chunks_mut::<N>().0[..pixels.len()];
-        integrate(integrator, &problem, &mut buffers.integrator, sums);
+        integrate(integrator, &problem, scratch, sums);
         for index in range {
             let (column, own) = asks.column(index);
-            let view = views.at(column);
+            let view = self.views.at(column);
             for pixel in own {
                 let place = pixel - pixels.start;
-                asks.shares[channel][pixel] = views.share(&view, &sums[place], &ends[place]);
+                asks.shares[self.channel][pixel] = self.views.share(&view, &sums[place], &ends[place]);
             }
         }
     }

@@ -66,6 +66,12 @@ impl Asks {
         (this.column as usize, this.first as usize..next.first as usize)
     }
 
+    /// The pixels of some columns that follow each other, one at least.
+    #[inline(always)]
+    pub fn pixels(&self, columns: &std::ops::Range<usize>) -> std::ops::Range<usize> {
+        self.columns[columns.start].first as usize..self.columns[columns.end].first as usize
+    }
+
     /// The answers, per channel.
     pub fn shares(&self, channel: usize) -> &[f32] {
         &self.shares[channel][..self.count]

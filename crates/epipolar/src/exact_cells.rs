@@ -14,8 +14,8 @@ use crate::row::{FARTHEST, LANES, Row, Seen, Surface, UNSURE};
 /// Stretches that are rectified side by side.
 const GROUPS: usize = LANES / TILE;
 
-/// A count of lit columns is certain if it would be the same this far away \[columns\]: well above the rounding of
-/// f32 quotients up to 65,536 columns apart, well below a column.
+/// A count of lit columns is certain if it would be the same this far away \[columns\]: sixteen units in the last place of
+/// an f32 at 8,192 columns, of which a quotient's few roundings take up to four; and well below a column.
 const CERTAIN: f32 = 1.0 / 64.0;
 
 /// Columns from a slice's ends beyond which texels that hide less than `split_over` columns are not cut: there a quarter of

@@ -5,9 +5,7 @@
 //! their extrema. (Min/max trees along rows, as in Chen et al. 2011, have to be built for each slice; these tiles are
 //! built once a frame, in one pass over the map.)
 
-use scatter_core::ShadowMap;
-
-use scatter_core::{Level, at_level};
+use scatter_core::{Level, ShadowMap, at_level};
 
 /// Texels along a side of a tile: a register of the widest kind. Fewer cost more than they let rows step over.
 pub const TILE: usize = 16;

@@ -5,9 +5,10 @@
 //! cells with the same number are one run. The paper keeps every light ray as an entry of its own; on smooth
 //! surfaces a run holds several, and sums over runs are the same sums.
 
+use scatter_core::{Level, at_level};
+
 use crate::extrema::{LayerExtrema, TILE};
 use crate::map_line::MapLine;
-use scatter_core::{Level, at_level};
 
 /// Where the cells of a row lie, and how many depths each of them knows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -6,6 +6,8 @@
 //! and again: shafts' edges get fine slices, open air keeps coarse ones. (The paper resamples rectified results, and
 //! its slices are a pixel apart everywhere.)
 
+use scatter_core::{Frame, Level, at_level};
+
 use crate::answer::{Answerer, SliceBuffers};
 use crate::asks::Asks;
 use crate::fan_pixels::FanPixels;
@@ -13,8 +15,6 @@ use crate::integrand::Integrand;
 use crate::probe::{Aim, COLUMN_STRIDE, Probe};
 use crate::shares::Shares;
 use crate::slices::{Fan, Major, Slice};
-use scatter_core::Frame;
-use scatter_core::{Level, at_level};
 
 /// Most times that a gap is halved. Every one doubles the slices in the worst case.
 pub const MOST_HALVINGS: u32 = 6;

@@ -3,15 +3,14 @@
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use scatter_core::{
-    Frame, Phase, Projection, RenderError, RenderStats, ScatterImage, ShadowMap, StageClock, Unsupported,
-    VolumetricShadow, Window,
+    Frame, Level, Phase, Projection, RenderError, RenderStats, ScatterImage, ShadowMap, StageClock,
+    Unsupported, VolumetricShadow, Window, at_level, simd_level,
 };
 
+use crate::answer::{Answerer, Manner};
 use crate::bands::Bands;
 use crate::epipole::Epipole;
 use crate::extrema::Extrema;
-
-use crate::answer::{Answerer, Manner};
 use crate::fan_pixels::FanPixels;
 use crate::integrand::{Integrand, Precision};
 use crate::options::{Around, ID, Options};
@@ -22,7 +21,6 @@ use crate::shares::Shares;
 use crate::slice_pass::{SlicePass, Worker};
 use crate::slice_plane::STEEPEST;
 use crate::slices::{Slice, SliceSet};
-use scatter_core::{Level, at_level, simd_level};
 
 /// Half angle of the ring around the epipole that the paper marches (Section 6: "about two degrees").
 const RING_DEGREES: f64 = 2.0;
@@ -207,13 +205,13 @@ impl VolumetricShadow for Epipolar {
             worker.reserve(frame, side, spacing, &self.integrand);
         }
         clock.lap(&mut stats, "set-up");
-        if shadowed && self.options.cells == Cells::Exact {
+        // Factors that miss their error by far are not used: every pixel is walked instead.
+        let trusted = self.integrand.lamp_error() <= self.options.factor_error.max(WORST_LAMP_ERROR);
+        if shadowed && trusted && self.options.cells == Cells::Exact {
             self.extrema.rebuild(self.level, frame.shadow());
         }
         clock.lap(&mut stats, "extrema");
 
-        // Factors that miss their error by far are not used: every pixel is walked instead.
-        let trusted = self.integrand.lamp_error() <= self.options.factor_error.max(WORST_LAMP_ERROR);
         if shadowed && trusted {
             if let Some(aim) = self.options.aim {
                 let finest = aim.finest.min(spacing);
