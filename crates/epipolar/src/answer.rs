@@ -5,11 +5,11 @@
 
 use scatter_core::{Camera, Frame, Level, Light, MapProjection, ShadowLayer, ShadowMap};
 
-use crate::asks::Asks;
+use crate::asks::{Asks, OpenAsks};
 use crate::epipole::Epipole;
 use crate::extrema::Extrema;
 use crate::integrand::{BandTables, Integrand};
-use crate::integrate::{Blocks, Integrator, IntegratorScratch, Problem, Queries, RunIndex, Runs, integrate};
+use crate::integrate::{Integrator, IntegratorScratch, Problem, Queries, RunIndex, Runs, integrate};
 use crate::map_line::{ColumnOrder, MapLine, turn};
 use crate::row::{Cells, Row, Seen};
 use crate::shares::EMPTY;
@@ -38,7 +38,8 @@ pub struct Answerer<'a> {
     pub channels: usize,
     /// Distance of a lamp from the eye.
     lamp: Option<f64>,
-    longest: f32,
+    /// Where rays end that are longer.
+    pub longest: f32,
 }
 
 /// How slices are to be summed.
@@ -65,6 +66,8 @@ pub struct SliceBuffers {
     sines: Vec<f32>,
     cosines: Vec<f32>,
     views: Vec<f32>,
+    /// The factors of each column of a band.
+    view_terms: Vec<f32>,
     cone: Vec<f32>,
     lamp_prefix: Vec<f32>,
     prefix: Vec<f32>,
@@ -101,6 +104,7 @@ impl SliceBuffers {
             grow(buffer, columns);
         }
         grow(&mut self.prefix, (runs + 1) * terms);
+        grow(&mut self.view_terms, columns * terms);
         let AtOnce { ranks, ends, sums } = &mut self.at_once;
         if ranks.len() < asks {
             ranks.resize(asks, 0);
@@ -120,6 +124,7 @@ impl SliceBuffers {
             &self.sines,
             &self.cosines,
             &self.views,
+            &self.view_terms,
             &self.cone,
             &self.lamp_prefix,
             &self.prefix,
@@ -165,12 +170,6 @@ impl<'a> Answerer<'a> {
         }
     }
 
-    /// Where a pixel's ray ends, as [`Asks::push`] wants it.
-    #[inline(always)]
-    pub fn end(&self, depth: f32) -> f32 {
-        depth.min(self.longest)
-    }
-
     /// Answers all of `asks`, whose columns count from `columns[0]`.
     #[inline(always)]
     pub fn answer(
@@ -191,7 +190,6 @@ impl<'a> Answerer<'a> {
             Light::Directional(_) | Light::Point(_) => None,
         };
         self.integrand.fill_cone(spot, &plane, &mut buffers.cone);
-        asks.finish();
         let reach = self.place(asks, buffers);
         self.rectify(&plane, order, reach, buffers);
         let texture = self.frame.texture();
@@ -200,23 +198,20 @@ impl<'a> Answerer<'a> {
             buffers.tinted.fill(&buffers.row, line.as_ref(), texture);
         }
         let starts = if texture.is_some() { buffers.tinted.starts() } else { buffers.row.starts() };
-        buffers.index.fill(starts, reach);
-        let mut near = 0;
-        for (run, &gamma) in asks.runs.iter_mut().zip(&asks.gammas[..asks.count]) {
-            near = buffers.index.find(starts, gamma, near);
-            *run = near;
-        }
+        buffers.index.fill(starts, reach, asks.len());
+        let (gammas, runs) = asks.gammas_and_runs();
+        buffers.index.find(starts, gammas, runs);
         buffers.counts.slices += 1;
-        buffers.counts.queries += asks.count as u64;
+        buffers.counts.queries += asks.len() as u64;
         buffers.counts.runs += starts.len() as u64 - 1;
         for channel in 0..self.channels {
             self.sum_channel(channel, order, asks, buffers);
         }
         if self.ring > 0.0 {
-            for index in 0..asks.column_count {
-                let (column, range) = asks.column(index);
-                if buffers.sines[column] < self.ring {
-                    asks.shares.iter_mut().for_each(|shares| shares[range.clone()].fill(EMPTY));
+            for channel in 0..self.channels {
+                let (columns, shares) = asks.shares_mut(channel);
+                for (share, &column) in shares.iter_mut().zip(columns) {
+                    *share = if buffers.sines[column as usize] < self.ring { EMPTY } else { *share };
                 }
             }
         }
@@ -240,21 +235,25 @@ impl<'a> Answerer<'a> {
     /// Finds the light ray in which each pixel's ray ends; returns the farthest one.
     #[inline(always)]
     fn place(&self, asks: &mut Asks, buffers: &SliceBuffers) -> f32 {
-        let mut reach = 0.0f32;
-        let distance = self.lamp.map(|distance| distance as f32);
-        for index in 0..asks.column_count {
-            let (column, range) = asks.column(index);
-            let (sine, cosine) = (buffers.sines[column], buffers.cosines[column]);
-            let places = asks.gammas[range.clone()].iter_mut().zip(&asks.ends[range]);
-            for (gamma, &end) in places {
-                *gamma = match distance {
-                    None => end * sine,
-                    Some(distance) => turn(distance - end * cosine, end * sine),
-                };
-                reach = reach.max(*gamma);
+        let (columns, ends, gammas) = asks.ends_and_gammas();
+        let (sines, cosines) = (&buffers.sines[..], &buffers.cosines[..]);
+        let places = gammas.iter_mut().zip(columns.iter().zip(ends));
+        match self.lamp {
+            None => {
+                for (gamma, (&column, &end)) in places {
+                    *gamma = end * sines[column as usize];
+                }
+            }
+            Some(distance) => {
+                let distance = distance as f32;
+                for (gamma, (&column, &end)) in places {
+                    let (sine, cosine) = (sines[column as usize], cosines[column as usize]);
+                    *gamma = turn(distance - end * cosine, end * sine);
+                }
             }
         }
-        reach
+        // Light rays are ≥ 0: their bits are in the same order, and integers have a vector maximum that needs no order.
+        f32::from_bits(gammas.iter().fold(0, |most, gamma| most.max(gamma.to_bits())))
     }
 
     /// Rectifies the light rays of a slice up to `reach`.
@@ -325,18 +324,15 @@ impl<'a> Answerer<'a> {
     fn sum_channel(&self, channel: usize, order: ColumnOrder, asks: &mut Asks, buffers: &mut SliceBuffers) {
         let factors = channel.min(self.integrand.channels() - 1);
         let mut first = 0;
-        while first < asks.column_count {
-            let band_of = |index: usize| {
-                self.integrand.band_of(factors, buffers.views[asks.columns[index].column as usize])
-            };
-            let band = band_of(first);
-            let last = if self.integrand.band_count() == 1 {
-                asks.column_count
-            } else {
-                (first + 1..asks.column_count)
-                    .find(|&index| band_of(index) != band)
-                    .unwrap_or(asks.column_count)
-            };
+        while first < asks.len() {
+            let column = asks.columns()[first] as usize;
+            let views = &buffers.views[..order.count()];
+            let (band, [from, to]) = self.integrand.band_of(factors, views[column]);
+            let beyond = |&view: &f32| !(view >= from && view < to);
+            let end = views[column..].iter().position(beyond).map_or(views.len(), |width| column + width);
+            // A view that is not a number is in a band of its own.
+            let end = end.max(column + 1);
+            let last = first + asks.columns()[first..].partition_point(|&column| (column as usize) < end);
             let mut prefix = std::mem::take(&mut buffers.lamp_prefix);
             let (tables, lanes) = self.integrand.tables(factors, band, &buffers.cone, &mut prefix);
             match lanes {
@@ -350,7 +346,7 @@ impl<'a> Answerer<'a> {
         }
     }
 
-    /// Sums the columns `range` of those that ask.
+    /// Sums the asks `range`, whose columns are of one band.
     #[inline(always)]
     fn sum_band<const N: usize>(
         &self,
@@ -361,10 +357,9 @@ impl<'a> Answerer<'a> {
         asks: &mut Asks,
         buffers: &mut SliceBuffers,
     ) {
-        let table = Table::<N>::new(tables.prefix, tables.per_gamma);
-        let pixels = asks.pixels(&range);
-        let ask_runs = &asks.runs[pixels.clone()];
-        let runs = ask_runs.iter().fold(0, |a, &b| a.max(b)) as usize + 1;
+        let table = Table::<N>::new(tables.prefix, 0.0, tables.per_gamma);
+        let asks = asks.open(range, channel);
+        let runs = asks.runs.iter().fold(0, |a, &b| a.max(b)) as usize + 1;
         let (starts, lit, tint) = if self.frame.texture().is_some() {
             let tinted = &buffers.tinted;
             (tinted.starts(), tinted.lit(), Some(tinted.tint(channel)))
@@ -372,120 +367,43 @@ impl<'a> Answerer<'a> {
             (buffers.row.starts(), buffers.row.lit(), None)
         };
         let prefix = &mut buffers.prefix.as_chunks_mut::<N>().0[..=runs];
-        for (value, &gamma) in prefix.iter_mut().zip(starts) {
-            *value = table.at(gamma);
-        }
-        let rank = |index: usize| order.rank(order.columns[0] + asks.columns[index].column);
-        let (a, b) = (rank(range.start), rank(range.end - 1));
+        table.read(&starts[..=runs], prefix);
+        let columns = [asks.columns[0], asks.columns[asks.columns.len() - 1]];
+        let [a, b] = columns.map(|column| order.rank(order.columns[0] + column));
         let runs = Runs {
             lit: &lit[..runs],
             prefix,
             tint: tint.map(|tint| &tint[..runs]),
             columns: [a.min(b), a.max(b) + 1],
         };
-        let views = Views {
-            weights: Table::<N>::new(tables.weights, tables.per_view),
-            views: &buffers.views,
-            first: tables.first_view as f32,
-            // Glass may brighten.
-            brightest: if tint.is_some() { f32::MAX } else { 1.0 },
-        };
+        let views = &mut buffers.view_terms.as_chunks_mut::<N>().0[..=(columns[1] - columns[0]) as usize];
+        let weights = Table::<N>::new(tables.weights, tables.first_view as f32, tables.per_view);
+        weights.read(&buffers.views[columns[0] as usize..][..views.len()], views);
+        // Glass may brighten.
+        let brightest = if tint.is_some() { f32::MAX } else { 1.0 };
+        let views = Views { terms: views, first: columns[0], brightest };
         let integrator =
-            self.integrator.unwrap_or_else(|| Integrator::fastest_for(pixels.len(), runs.lit.len()));
-        let band = Band { table, views, runs, order, channel };
-        if integrator == Integrator::Blocks {
-            band.answer_by_columns(range, asks, &mut buffers.integrator);
-        } else {
-            band.answer_at_once(integrator, range, asks, &mut buffers.at_once, &mut buffers.integrator);
+            self.integrator.unwrap_or_else(|| Integrator::fastest_for(asks.runs.len(), runs.lit.len()));
+        let OpenAsks { columns, gammas, runs: ask_runs, shares } = asks;
+        let AtOnce { ranks, ends, sums } = &mut buffers.at_once;
+        let count = columns.len();
+        let (ends, sums) = (&mut ends.as_chunks_mut::<N>().0[..count], &mut sums.as_chunks_mut::<N>().0[..count]);
+        table.read(gammas, ends);
+        let ranks = &mut ranks[..count];
+        for (rank, &column) in ranks.iter_mut().zip(columns) {
+            *rank = order.rank(order.columns[0] + column);
         }
+        let problem =
+            Problem { runs, queries: Queries { ranks, runs: ask_runs }, ends, ascending: order.ascending };
+        integrate(integrator, &problem, &mut buffers.integrator, sums);
+        views.shares(columns, sums, ends, shares);
     }
 }
 
-/// What the columns of one band are answered with.
-struct Band<'a, const N: usize> {
-    /// ∫Γ up to a light ray.
-    table: Table<'a, N>,
-    views: Views<'a, N>,
-    runs: Runs<'a, N>,
-    order: ColumnOrder,
-    channel: usize,
-}
-
-/// Buffers for integrators that take all queries at once.
+/// Queries of one band, and what they are answered with.
 #[derive(Debug, Default)]
 struct AtOnce {
     ranks: Vec<u32>,
     ends: Vec<f32>,
     sums: Vec<f32>,
-}
-
-impl<const N: usize> Band<'_, N> {
-    /// The place of a column in the order of light.
-    #[inline(always)]
-    fn rank(&self, column: usize) -> u32 {
-        self.order.rank(self.order.columns[0] + column as u32)
-    }
-
-    /// Column after column, each pixel in one go: what it needs never leaves the registers.
-    #[inline(always)]
-    fn answer_by_columns(
-        &self,
-        range: std::ops::Range<usize>,
-        asks: &mut Asks,
-        scratch: &mut IntegratorScratch,
-    ) {
-        let mut blocks = Blocks::new(self.runs, scratch);
-        for step in 0..range.len() {
-            // Towards the light.
-            let index = if self.order.ascending { range.end - 1 - step } else { range.start + step };
-            let (column, pixels) = asks.column(index);
-            let (rank, view) = (self.rank(column), self.views.at(column));
-            blocks.advance((rank - self.runs.columns[0]) as usize);
-            let places = asks.gammas[pixels.clone()].iter().zip(&asks.runs[pixels.clone()]);
-            for (share, (&gamma, &run)) in asks.shares[self.channel][pixels].iter_mut().zip(places) {
-                let (run, end) = (run as usize, self.table.at(gamma));
-                let mut sum = blocks.before(run);
-                let part = self.runs.last_part(run, rank, &end);
-                (0..N).for_each(|term| sum[term] += part[term]);
-                *share = self.views.share(&view, &sum, &end);
-            }
-        }
-    }
-
-    /// All pixels as one [`Problem`].
-    #[inline(always)]
-    fn answer_at_once(
-        &self,
-        integrator: Integrator,
-        range: std::ops::Range<usize>,
-        asks: &mut Asks,
-        buffers: &mut AtOnce,
-        scratch: &mut IntegratorScratch,
-    ) {
-        let pixels = asks.pixels(&range);
-        let ends = &mut buffers.ends.as_chunks_mut::<N>().0[..pixels.len()];
-        for (end, &gamma) in ends.iter_mut().zip(&asks.gammas[pixels.clone()]) {
-            *end = self.table.at(gamma);
-        }
-        for index in range.clone() {
-            let (column, own) = asks.column(index);
-            buffers.ranks[own].fill(self.rank(column));
-        }
-        let problem = Problem {
-            runs: self.runs,
-            queries: Queries { ranks: &buffers.ranks[pixels.clone()], runs: &asks.runs[pixels.clone()] },
-            ends,
-            ascending: self.order.ascending,
-        };
-        let sums = &mut buffers.sums.as_chunks_mut::<N>().0[..pixels.len()];
-        integrate(integrator, &problem, scratch, sums);
-        for index in range {
-            let (column, own) = asks.column(index);
-            let view = self.views.at(column);
-            for pixel in own {
-                let place = pixel - pixels.start;
-                asks.shares[self.channel][pixel] = self.views.share(&view, &sums[place], &ends[place]);
-            }
-        }
-    }
 }

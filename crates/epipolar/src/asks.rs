@@ -1,84 +1,170 @@
-//! The pixels that ask one slice, column by column, and what they are told.
+//! The pixels that ask one slice, in the order of their columns, and what they are told.
 
-/// Pixels that ask, column by column, and what they are told.
+use crate::borders::Borders;
+use crate::gap_pixels::{AHEAD, GapPixels, Offsets};
+
+/// What pixels ask one slice, in the order of their columns, and what they are told.
 #[derive(Debug, Default)]
 pub struct Asks {
-    /// Columns with pixels, each with the first of its pixels; one more behind the last.
-    pub columns: Vec<AskColumn>,
-    pub column_count: usize,
-    /// Where the pixels' rays end.
-    pub ends: Vec<f32>,
-    pub count: usize,
-    /// The light ray in which each ends, and the run that holds it.
-    pub gammas: Vec<f32>,
+    count: usize,
+    /// Column of each, from the slice's first.
+    columns: Vec<u32>,
+    /// Where each ray ends.
+    ends: Vec<f32>,
+    /// The light ray in which it ends.
+    gammas: Vec<f32>,
+    /// The run that holds that light ray.
     pub runs: Vec<u32>,
     /// Share of the unoccluded light that the slice finds, per channel.
-    pub shares: [Vec<f32>; 3],
-}
-
-/// A column of which pixels ask.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct AskColumn {
-    /// From the first of the slice's.
-    pub column: u32,
-    /// Its first pixel.
-    pub first: u32,
+    shares: [Vec<f32>; 3],
 }
 
 impl Asks {
-    /// Forgets all pixels; room for `capacity` of them in `columns` columns.
-    pub fn clear(&mut self, columns: usize, capacity: usize) {
-        (self.count, self.column_count) = (0, 0);
-        if self.columns.len() < columns + 1 {
-            self.columns.resize(columns + 1, AskColumn::default());
+    /// Forgets all; room for `count` of them in some channels.
+    pub fn clear(&mut self, count: usize, channels: usize) {
+        self.count = 0;
+        let room = count + AHEAD;
+        if self.columns.len() < room {
+            self.columns.resize(room, 0);
+            self.runs.resize(room, 0);
+            self.ends.resize(room, 0.0);
+            self.gammas.resize(room, 0.0);
         }
-        if self.ends.len() < capacity {
-            self.runs.resize(capacity, 0);
-            for buffer in [&mut self.ends, &mut self.gammas].into_iter().chain(&mut self.shares) {
-                buffer.resize(capacity, 0.0);
+        for shares in &mut self.shares[..channels] {
+            if shares.len() < room {
+                shares.resize(room, 0.0);
             }
         }
     }
 
-    /// The pixels that are pushed next belong to a column, behind the one before.
+    /// Every pixel beside a slice asks, column by column: first those of the gap before it, then those of the gap behind
+    /// it. `first` is the slice's first column.
     #[inline(always)]
-    pub fn begin(&mut self, column: u32) {
-        self.columns[self.column_count] = AskColumn { column, first: self.count as u32 };
-        self.column_count += 1;
+    pub fn merge(&mut self, gaps: [&mut GapPixels; 2], fan_first: u32, stride: usize, first: u32, channels: usize) {
+        let [before, behind] = gaps;
+        self.clear(before.len() + behind.len(), channels);
+        self.count = before.len() + behind.len();
+        // In front of a pixel are those of its own list, and of the other list those of the columns before; and of its own
+        // column, if the other gap comes first.
+        self.place(before, behind.before_columns(), fan_first, first);
+        self.place(behind, &before.before_columns()[stride..], fan_first, first);
     }
 
-    /// Adds a pixel whose ray ends at `end`.
     #[inline(always)]
-    pub fn push(&mut self, end: f32) {
-        self.ends[self.count] = end;
-        self.count += 1;
+    fn place(&mut self, gap: &mut GapPixels, others: &[u32], fan_first: u32, first: u32) {
+        let (columns, asked) = gap.asked_mut();
+        for (index, (asked, &column)) in asked.iter_mut().zip(columns).enumerate() {
+            *asked = index as u32 + others[(column - fan_first) as usize];
+        }
+        for ((&asked, &column), &end) in gap.asked().iter().zip(gap.columns()).zip(gap.ends()) {
+            self.columns[asked as usize] = column - first;
+            self.ends[asked as usize] = end;
+        }
     }
 
-    /// Marks the end of the last column.
-    pub fn finish(&mut self) {
-        self.columns[self.column_count].first = self.count as u32;
+    /// Only one view ray a column asks, as long as that of the pixel nearest to the slice, for all beside it.
+    pub fn merge_rectified(
+        &mut self,
+        gaps: [&mut GapPixels; 2],
+        lines: [&Borders; 3],
+        offsets: Offsets,
+        first_offset: usize,
+        channels: usize,
+    ) {
+        let [before, behind] = gaps;
+        self.clear(before.len() + behind.len(), channels);
+        let mut taken = [0, 0];
+        for offset in (offsets.start..offsets.end).step_by(offsets.stride) {
+            let [start, own, end] = lines.map(|line| line.pixels[offset]);
+            let counts = [own - start, end - own].map(|count| count.max(0) as usize);
+            let all = counts[0] + counts[1];
+            if all == 0 {
+                continue;
+            }
+            let nearest = (lines[1].minors[offset].round() as i32 - start).clamp(0, all as i32 - 1) as usize;
+            self.columns[self.count] = (offset - first_offset) as u32;
+            self.ends[self.count] = if nearest < counts[0] {
+                before.ends()[taken[0] + nearest]
+            } else {
+                behind.ends()[taken[1] + nearest - counts[0]]
+            };
+            for (side, gap) in [&mut *before, &mut *behind].into_iter().enumerate() {
+                let (_, asked) = gap.asked_mut();
+                asked[taken[side]..][..counts[side]].fill(self.count as u32);
+                taken[side] += counts[side];
+            }
+            self.count += 1;
+        }
     }
 
-    /// A column and its pixels.
+    /// All pixels of one list ask, in their order.
     #[inline(always)]
-    pub fn column(&self, index: usize) -> (usize, std::ops::Range<usize>) {
-        let [this, next] = [self.columns[index], self.columns[index + 1]];
-        (this.column as usize, this.first as usize..next.first as usize)
+    pub fn take(&mut self, pixels: &GapPixels, channels: usize) {
+        self.clear(pixels.len(), channels);
+        self.count = pixels.len();
+        let first = pixels.span()[0];
+        for (own, &column) in self.columns.iter_mut().zip(pixels.columns()) {
+            *own = column - first;
+        }
+        self.ends[..self.count].copy_from_slice(pixels.ends());
     }
 
-    /// The pixels of some columns that follow each other, one at least.
-    #[inline(always)]
-    pub fn pixels(&self, columns: &std::ops::Range<usize>) -> std::ops::Range<usize> {
-        self.columns[columns.start].first as usize..self.columns[columns.end].first as usize
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.count
     }
 
-    /// The answers, per channel.
+    /// Column of each, from the slice's first.
+    pub fn columns(&self) -> &[u32] {
+        &self.columns[..self.count]
+    }
+
+    /// Column and end of each ray, and room for the light ray in which it ends.
+    pub fn ends_and_gammas(&mut self) -> (&[u32], &[f32], &mut [f32]) {
+        let count = self.count;
+        (&self.columns[..count], &self.ends[..count], &mut self.gammas[..count])
+    }
+
+    /// The light ray in which each ray ends, and the run that holds it.
+    pub fn gammas_and_runs(&mut self) -> (&[f32], &mut [u32]) {
+        (&self.gammas[..self.count], &mut self.runs[..self.count])
+    }
+
+    /// Columns, light rays and runs of some, and room for their shares in a channel.
+    pub fn open(&mut self, range: std::ops::Range<usize>, channel: usize) -> OpenAsks<'_> {
+        OpenAsks {
+            columns: &self.columns[range.clone()],
+            gammas: &self.gammas[range.clone()],
+            runs: &self.runs[range.clone()],
+            shares: &mut self.shares[channel][range],
+        }
+    }
+
+    /// The answers of a channel.
     pub fn shares(&self, channel: usize) -> &[f32] {
-        &self.shares[channel][..self.count]
+        self.shares[channel].get(..self.count).unwrap_or(&[])
+    }
+
+    /// The answers of a channel, to be changed.
+    pub fn shares_mut(&mut self, channel: usize) -> (&[u32], &mut [f32]) {
+        (&self.columns[..self.count], &mut self.shares[channel][..self.count])
     }
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        4 * (2 * self.columns.capacity() + 6 * self.ends.capacity())
+        let shares = self.shares.iter().map(Vec::capacity).sum::<usize>();
+        4 * (4 * self.columns.capacity() + shares)
     }
+}
+
+/// Asks that wait for their shares.
+pub struct OpenAsks<'a> {
+    /// Column of each, from the slice's first.
+    pub columns: &'a [u32],
+    /// The light ray in which its ray ends.
+    pub gammas: &'a [f32],
+    /// The run that holds that light ray.
+    pub runs: &'a [u32],
+    /// What it is told.
+    pub shares: &'a mut [f32],
 }

@@ -82,14 +82,15 @@ impl Bands {
         self.lowest * self.ratio.powi(band as i32)
     }
 
-    /// The band of a view ray; the outermost ones take what rounding leaves outside.
-    pub fn of(&self, cosecant: f32) -> u32 {
-        let mut band = 0;
+    /// The band of a view ray, and where it begins and ends; the outermost ones take what rounding leaves outside.
+    pub fn of(&self, cosecant: f32) -> (u32, [f32; 2]) {
+        let (mut band, mut start) = (0, f32::NEG_INFINITY);
         let mut end = (self.lowest * self.ratio) as f32;
         while cosecant >= end && band + 1 < self.count {
             band += 1;
+            start = end;
             end *= self.ratio as f32;
         }
-        band
+        (band, [start, if band + 1 < self.count { end } else { f32::INFINITY }])
     }
 }

@@ -112,20 +112,26 @@ impl Row {
             let stretch =
                 i32x16::from_fn(simd, |lane| (base as i32 + lane as i32).min(stretches.count as i32 - 1));
             let first = (stretch * TILE as i32 - stretches.before).to_float::<Lanes<S>>() - line.consumed;
-            let ends = [first, first + TILE as f32].map(|t| between(simd, t, 0.0, line.length));
+            let ends = [
+                between(simd, first, 0.0, line.length),
+                between(simd, first + TILE as f32, 0.0, line.length),
+            ];
             let major = stretch * line.advance + stretches.first_tile;
             // Along a stretch the line rises by a tile at the most, so it crosses two at the most.
-            let places: [[i32; TILE]; 2] = ends.map(|t| {
-                let texel = between(simd, t * slope + minor, 0.0, line.last_minor).to_int::<i32x16<S>>();
+            let mut places = [[0i32; TILE]; 2];
+            for end in 0..2 {
+                let texel = between(simd, ends[end] * slope + minor, 0.0, line.last_minor).to_int::<i32x16<S>>();
                 let tile = texel >> TILE.trailing_zeros();
-                (if along_rows { tile * width + major } else { major * width + tile }).into()
-            });
+                let place = if along_rows { tile * width + major } else { major * width + tile };
+                place.store_slice(&mut places[end]);
+            }
             let mut depths = [[0.0f32; TILE]; 2];
             for lane in 0..TILE {
-                let [a, b] = [0, 1].map(|end| extrema.tiles[places[end][lane] as usize]);
+                let a = extrema.tiles[places[0][lane] as usize];
+                let b = extrema.tiles[places[1][lane] as usize];
                 (depths[0][lane], depths[1][lane]) = (a[0].min(b[0]), a[1].max(b[1]));
             }
-            let depths = depths.map(|depths| Lanes::from_slice(simd, &depths));
+            let depths = [Lanes::from_slice(simd, &depths[0]), Lanes::from_slice(simd, &depths[1])];
             let certain = surface.certain_lanes(simd, ends, depths);
             certain.store_slice(&mut self.certain[base as usize..][..TILE]);
         }
@@ -222,7 +228,7 @@ impl CellBatch {
         let splat = |value: f32| Lanes::splat(simd, value);
         let [minor, slope] = line.minor;
         let per_slope = if slope == 0.0 { 0.0 } else { 1.0 / slope };
-        let [major_stride, minor_stride] = line.strides.map(|stride| i32x16::splat(simd, stride as i32));
+        let [major_stride, minor_stride] = line.strides.map(|stride| stride as i32);
         let column = i32x16::from_fn(simd, |lane| lane as i32) + self.first_columns[group];
         let column = column.max(i32x16::splat(simd, 0)).min(i32x16::splat(simd, line.columns as i32 - 1));
         let major = column * i32x16::splat(simd, line.advance) + line.first;
@@ -270,7 +276,8 @@ impl CellBatch {
             lit[2 * cell] = whole.select(middle, from).to_int();
             lit[2 * cell + 1] = whole.select(middle, to).to_int();
         }
-        let [one, other] = [0, 1].map(|cell| i32x16::from_slice(simd, &places[cell][range.clone()]));
+        let one = i32x16::from_slice(simd, &places[0][range.clone()]);
+        let other = i32x16::from_slice(simd, &places[1][range.clone()]);
         let same = one.simd_eq(other);
         (lit[2], lit[3]) = (same.select(lit[1], lit[2]), same.select(lit[1], lit[3]));
         for (stored, lit) in self.lit.iter_mut().zip(lit) {
@@ -297,14 +304,17 @@ impl Surface<'_> {
         let [n, d] = self.line.lit_columns;
         let linear = |f: [f32; 4]| [z * f[2] + f[0], z * f[3] + f[1]];
         let (numerator, denominator) = (linear(n), linear(d));
-        ends.map(|t| {
+        let (zero, columns) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, self.columns));
+        let mut lit = ends;
+        for lit in &mut lit {
+            let t = *lit;
             let numerator = numerator[1] * t + numerator[0];
             let denominator = denominator[1] * t + denominator[0];
-            let (zero, columns) = (Lanes::splat(simd, 0.0), Lanes::splat(simd, self.columns));
             let behind = numerator.simd_lt(denominator).select(zero, columns);
-            let lit = denominator.simd_gt(zero).select(numerator / denominator, behind);
-            between(simd, lit, 0.0, self.columns)
-        })
+            let ahead = denominator.simd_gt(zero).select(numerator / denominator, behind);
+            *lit = between(simd, ahead, 0.0, self.columns);
+        }
+        lit
     }
 
     /// The lit columns of all light rays from t to t' that end between two depths, if that is one number; else

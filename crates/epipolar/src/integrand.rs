@@ -139,12 +139,16 @@ impl Integrand {
         self.sun.iter().map(|channel| channel.length).fold(0.0, f64::max)
     }
 
-    /// The band of a view ray, by its view coordinate: 1/sin β for a sun, β for a lamp.
+    /// The band of a view ray, by its view coordinate (1/sin β for a sun, β for a lamp), and from where to where on that
+    /// coordinate the band reaches.
     #[inline(always)]
-    pub fn band_of(&self, channel: usize, view: f32) -> usize {
+    pub fn band_of(&self, channel: usize, view: f32) -> (usize, [f32; 2]) {
         match &self.bands {
-            Some(bands) => bands.of(view) as usize,
-            None => self.lamp[channel].bands.band_of(f64::from(view)),
+            Some(bands) => {
+                let (band, span) = bands.of(view);
+                (band as usize, span)
+            }
+            None => self.lamp[channel].bands.band_of(view),
         }
     }
 

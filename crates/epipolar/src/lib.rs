@@ -89,6 +89,9 @@ mod integrand;
 
 mod integrate;
 
+mod borders;
+mod gap_pixels;
+
 mod asks;
 mod tables;
 

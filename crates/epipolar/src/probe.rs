@@ -7,6 +7,8 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::slice_pass::Refinement;
+
 /// One gap in how many is measured, of `gaps`. Fewer miss rare shafts, more cost as much as the frame.
 pub fn stride(gaps: usize) -> usize {
     /// Gaps that are enough.
@@ -42,16 +44,26 @@ const SQUARE_UNITS: f32 = 1_099_511_627_776.0;
 const LIGHT_UNITS: f32 = 1_048_576.0;
 
 impl Probe {
-    /// Counts a pixel whose share is `share` and would have been off by `error` in the middle of its gap.
+    /// Counts the pixels of a gap by what its two slices say of them and what a slice through its middle says.
     #[inline(always)]
-    pub fn count(&self, share: f32, error: f32, allowed: f32) {
-        self.pixels.fetch_add(1, Ordering::Relaxed);
-        self.light.fetch_add((share.min(1024.0) * LIGHT_UNITS) as u64, Ordering::Relaxed);
-        // Pixels lie anywhere in their gap: the mean over it of a parabola is two thirds of its middle.
-        let error = error * (2.0 / 3.0);
-        if error > 0.0 {
-            self.squares.fetch_add(((error * error).min(1024.0) * SQUARE_UNITS) as u64, Ordering::Relaxed);
-            self.over.fetch_add(u64::from(error > allowed), Ordering::Relaxed);
+    pub fn count(&self, aim: Aim, refinement: &Refinement, [before, behind]: [&[f32]; 2], middle: &[f32]) {
+        let Refinement { tolerance, floor, halvings, .. } = *refinement;
+        let finest = 1.0 / (1u32 << halvings) as f32;
+        let (mut over, mut squares, mut light) = (0u64, 0u64, 0u64);
+        for ((&a, &b), &share) in before.iter().zip(behind).zip(middle) {
+            let between = 0.5 * (a + b);
+            // A difference that the tolerance sees is left to a gap as fine as halvings make it.
+            let seen = (b - a).abs() > 2.0 * tolerance * between.max(floor);
+            let finer = if seen { finest } else { 1.0 };
+            // Pixels lie anywhere in their gap: the mean over it of a parabola is two thirds of its middle.
+            let error = finer * (2.0 / 3.0) * (share - between).abs();
+            over += u64::from(error > aim.error * share.max(floor));
+            squares += ((error * error).min(1024.0) * SQUARE_UNITS) as u64;
+            light += (share.min(1024.0) * LIGHT_UNITS) as u64;
+        }
+        let sums = [(&self.pixels, middle.len() as u64), (&self.over, over), (&self.squares, squares)];
+        for (sum, own) in sums.into_iter().chain([(&self.light, light)]) {
+            sum.fetch_add(own, Ordering::Relaxed);
         }
     }
 

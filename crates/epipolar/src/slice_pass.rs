@@ -10,7 +10,9 @@ use scatter_core::{Frame, Level, at_level};
 
 use crate::answer::{Answerer, SliceBuffers};
 use crate::asks::Asks;
+use crate::borders::Borders;
 use crate::fan_pixels::FanPixels;
+use crate::gap_pixels::{GapPixels, Grid, Offsets};
 use crate::integrand::Integrand;
 use crate::probe::{Aim, COLUMN_STRIDE, Probe};
 use crate::shares::Shares;
@@ -57,65 +59,40 @@ pub struct Refinement {
     pub walks_rest: bool,
 }
 
-/// A pixel between two slices.
-#[derive(Debug, Clone, Copy)]
-struct GapPixel {
-    column: u32,
-    /// Index in the image.
-    place: u32,
-    /// Distance from the first slice over the gap's width, 0 to 1.
-    part: f32,
-    /// Answers of the two slices, per channel.
-    before: [f32; 3],
-    behind: [f32; 3],
-}
-
 /// Buffers of one worker, kept from frame to frame.
 #[derive(Debug, Default)]
 pub struct Worker {
     buffers: SliceBuffers,
     asks: Asks,
     /// Pixels of the gap before a slice and behind it.
-    gaps: [Vec<GapPixel>; 2],
+    gaps: [GapPixels; 2],
     /// Pixels whose gap is halved: a list for each half, a pair a level.
-    levels: [[Vec<GapPixel>; 2]; MOST_HALVINGS as usize + 1],
-    /// Minor coordinate of the slice before, this one and the next one in each column, less ½; and the first pixel
-    /// behind them.
-    lines: [Line; 3],
-    /// Pixels that one slice may have to answer.
-    most_asks: usize,
-}
-
-#[derive(Debug, Default)]
-struct Line {
-    minors: Vec<f32>,
-    borders: Vec<i32>,
+    levels: [[GapPixels; 2]; MOST_HALVINGS as usize + 1],
+    /// The slice before, this one and the next one.
+    lines: [Borders; 3],
 }
 
 impl Worker {
     /// Grows all buffers to what any slice of such a frame may need.
-    pub fn reserve(&mut self, frame: &Frame<'_>, map_side: usize, spacing: f64, integrand: &Integrand) {
+    pub fn reserve(
+        &mut self,
+        frame: &Frame<'_>,
+        map_side: usize,
+        spacing: f64,
+        integrand: &Integrand,
+        channels: usize,
+    ) {
         let [width, height] = frame.size();
         let columns = width.max(height) as usize;
         // A pixel is beside a slice if it is within a spacing of it, measured across; 45° slices are √2 wider along a
         // column.
-        self.most_asks = columns * (2 * ((1.5 * spacing).ceil() as usize + 1));
-        self.buffers.reserve(frame, map_side, self.most_asks, integrand);
-        self.asks.clear(columns, self.most_asks);
-        for gap in &mut self.gaps {
-            gap.clear();
-            gap.reserve(self.most_asks);
+        let most_asks = columns * (2 * ((1.5 * spacing).ceil() as usize + 1));
+        self.buffers.reserve(frame, map_side, most_asks, integrand);
+        self.asks.clear(most_asks, channels);
+        for list in self.gaps.iter_mut().chain(self.levels.iter_mut().flatten()) {
+            list.clear(most_asks / 2, channels);
         }
-        for list in self.levels.iter_mut().flatten() {
-            list.clear();
-            list.reserve(self.most_asks);
-        }
-        for line in &mut self.lines {
-            line.minors.clear();
-            line.minors.reserve(columns);
-            line.borders.clear();
-            line.borders.reserve(columns);
-        }
+        self.lines.iter_mut().for_each(|line| line.reserve(columns));
         self.buffers.counts = Default::default();
     }
 
@@ -126,15 +103,11 @@ impl Worker {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        let pixels = self.gaps.iter().chain(self.levels.iter().flatten()).map(Vec::capacity).sum::<usize>();
+        let lists = self.gaps.iter().chain(self.levels.iter().flatten());
         self.buffers.memory_bytes()
             + self.asks.memory_bytes()
-            + pixels * size_of::<GapPixel>()
-            + self
-                .lines
-                .iter()
-                .map(|line| 4 * (line.minors.capacity() + line.borders.capacity()))
-                .sum::<usize>()
+            + lists.map(GapPixels::memory_bytes).sum::<usize>()
+            + self.lines.iter().map(Borders::memory_bytes).sum::<usize>()
     }
 }
 
@@ -146,7 +119,8 @@ impl SlicePass<'_> {
         let [before, own, next] = &mut lines;
         // The first slice has no gap of this range before it: its own line stands in for the one before.
         own.follow(self.level, fan, pixels, slices, range.start);
-        worker.gaps[1].clear();
+        let all = pixels.ranges.len();
+        worker.gaps[1].list_none(all, self.stride(), self.answerer.channels);
         for index in range.start..=range.end {
             if index < range.end {
                 next.follow(self.level, fan, pixels, slices, index + 1);
@@ -170,101 +144,72 @@ impl SlicePass<'_> {
     }
 
     /// Answers the pixels beside a slice: those of the gap before it, and those of the gap behind it, which it lists.
-    #[inline(always)]
-    fn slice(&self, fan: &Fan, pixels: &FanPixels, slice: &Slice, lines: [&Line; 3], worker: &mut Worker) {
+    fn slice(
+        &self,
+        fan: &Fan,
+        pixels: &FanPixels,
+        slice: &Slice,
+        lines: [&Borders; 3],
+        worker: &mut Worker,
+    ) {
+        let channels = self.answerer.channels;
         let [first, own, last] = lines;
-        worker.asks.clear(pixels.ranges.len(), worker.most_asks);
-        let gap_behind = &mut worker.gaps[1];
-        gap_behind.clear();
-        let busy = |column: usize| first.borders[column] < last.borders[column];
         let all = pixels.ranges.len();
+        worker.gaps[1].list_none(all, self.stride(), channels);
+        let busy = |column: usize| first.pixels[column] < last.pixels[column];
         let Some(from) = (0..all).find(|&column| busy(column)) else { return };
         let to = (from..all).rev().find(|&column| busy(column)).unwrap_or(from) + 1;
-        let columns = [pixels.columns[0] + from as u32, pixels.columns[0] + to as u32];
+        let first_column = pixels.columns[0];
         let width = self.frame.size()[0];
         let strides = if fan.major == Major::X { [1, width] } else { [width, 1] };
-        let depth = self.frame.depth().texels();
-        for offset in from..to {
-            let (start, middle, end) = (first.borders[offset], own.borders[offset], last.borders[offset]);
-            if start == end {
-                continue;
-            }
-            let column = pixels.columns[0] + offset as u32;
-            if !self.is_asked(column) {
-                continue;
-            }
-            worker.asks.begin((offset - from) as u32);
-            if self.resampling == Resampling::Rectified {
-                // One view ray a column, as long as the pixel nearest to the slice.
-                let nearest = (own.minors[offset].round() as i32).clamp(start, end - 1);
-                let place = column * strides[0] + nearest as u32 * strides[1];
-                worker.asks.push(self.answerer.end(depth[place as usize]));
-            }
-            let (line, gap) = (own.minors[offset], last.minors[offset] - own.minors[offset]);
-            for pixel in start..end {
-                let place = column * strides[0] + pixel as u32 * strides[1];
-                if self.resampling == Resampling::Pixels {
-                    worker.asks.push(self.answerer.end(depth[place as usize]));
+        let first = first_column + from as u32;
+        let offsets = self.offsets(first_column, from..to, all);
+        let Worker { asks, gaps, .. } = worker;
+        at_level!(self.level, {
+            let [before, behind] = &mut *gaps;
+            behind.list(Grid { first_column, strides }, [own, last], offsets, channels);
+            behind.find_ends(self.frame.depth().texels(), self.answerer.longest);
+            match self.resampling {
+                Resampling::Pixels => {
+                    asks.merge([before, behind], first_column, offsets.stride, first, channels);
                 }
-                if pixel >= middle {
-                    let part = if gap > 0.0 { ((pixel as f32 - line) / gap).clamp(0.0, 1.0) } else { 0.5 };
-                    gap_behind.push(GapPixel { column, place, part, before: [0.0; 3], behind: [0.0; 3] });
+                Resampling::Rectified => {
+                    asks.merge_rectified([before, behind], lines, offsets, from, channels);
                 }
             }
-        }
-        self.answer(slice, fan, columns, worker);
-        let [gap_before, gap_behind] = &mut worker.gaps;
-        // Hand out: in each column first the pixels before the slice, then those behind it.
-        for channel in 0..self.answerer.channels {
-            let mut shares = worker.asks.shares(channel).iter();
-            let (mut before, mut behind) = (gap_before.iter_mut(), gap_behind.iter_mut());
-            for offset in from..to {
-                let (start, middle, end) = (first.borders[offset], own.borders[offset], last.borders[offset]);
-                if !self.is_asked(pixels.columns[0] + offset as u32) {
-                    continue;
-                }
-                if self.resampling == Resampling::Rectified && start < end {
-                    let share = shares.next().copied().unwrap_or(1.0);
-                    before
-                        .by_ref()
-                        .take((middle.clamp(start, end) - start) as usize)
-                        .for_each(|pixel| pixel.behind[channel] = share);
-                    behind
-                        .by_ref()
-                        .take((end - middle.clamp(start, end)) as usize)
-                        .for_each(|pixel| pixel.before[channel] = share);
-                    continue;
-                }
-                let counts = [middle.clamp(start, end) - start, end - middle.clamp(start, end)];
-                for (pixel, &share) in before.by_ref().take(counts[0] as usize).zip(shares.by_ref()) {
-                    pixel.behind[channel] = share;
-                }
-                for (pixel, &share) in behind.by_ref().take(counts[1] as usize).zip(shares.by_ref()) {
-                    pixel.before[channel] = share;
-                }
+        });
+        self.answer(slice, fan, [first, first_column + to as u32], worker);
+        let Worker { asks, gaps: [before, behind], .. } = worker;
+        at_level!(self.level, {
+            for channel in 0..channels {
+                before.answer(1, channel, asks.shares(channel));
+                behind.answer(0, channel, asks.shares(channel));
             }
-        }
+        });
     }
 
-    /// Whether a column's pixels ask: all, or a sample of them.
-    #[inline(always)]
-    fn is_asked(&self, column: u32) -> bool {
-        self.probe.is_none() || column.is_multiple_of(COLUMN_STRIDE)
+    /// The columns whose pixels ask: all of a range, or a sample of them.
+    fn offsets(&self, first_column: u32, range: std::ops::Range<usize>, all: usize) -> Offsets {
+        let (stride, first) = (self.stride(), first_column as usize);
+        let start = (first + range.start).next_multiple_of(stride) - first;
+        Offsets { start, end: range.end.max(start), stride, all }
+    }
+
+    /// One column in how many asks.
+    fn stride(&self) -> usize {
+        if self.probe.is_some() { COLUMN_STRIDE as usize } else { 1 }
     }
 
     /// Gives the pixels of a gap their shares, or halves it.
-    #[inline(always)]
     fn finish_gap(&self, fan: &Fan, between: [&Slice; 2], worker: &mut Worker) {
-        let mut lists = std::mem::take(&mut worker.levels[0]);
-        let split = &mut lists[0];
-        split.clear();
-        for pixel in &worker.gaps[0] {
-            self.finish_pixel(pixel, 0, split);
+        let mut pixels = std::mem::take(&mut worker.gaps[0]);
+        if self.finish(&mut pixels, 0) {
+            let mut lists = std::mem::take(&mut worker.levels[0]);
+            at_level!(self.level, lists[0].take_doubtful(&pixels, None, self.answerer.channels));
+            self.halve(fan, between, 0, &mut lists[0], worker);
+            worker.levels[0] = lists;
         }
-        if !split.is_empty() {
-            self.halve(fan, between, 0, split, worker);
-        }
-        worker.levels[0] = lists;
+        worker.gaps[0] = pixels;
     }
 
     /// Compares what a gap's two slices say of its middle with what a slice there says.
@@ -275,90 +220,56 @@ impl SlicePass<'_> {
             let middle = Slice::through(&self.answerer.epipole, fan.major, 0.5 * (a.exit + b.exit));
             self.ask_all(&middle, fan, &pixels, worker);
             for channel in 0..self.answerer.channels {
-                for (pixel, &share) in pixels.iter().zip(worker.asks.shares(channel)) {
-                    let (a, b) = (pixel.before[channel], pixel.behind[channel]);
-                    let allowed = aim.error * share.max(self.refinement.floor);
-                    // A difference that the tolerance sees is left to a gap as fine as halvings make it.
-                    let Refinement { tolerance, floor, halvings, .. } = self.refinement;
-                    let seen = (b - a).abs() > 2.0 * tolerance * (0.5 * (a + b)).max(floor);
-                    let finer = if seen { 1.0 / (1u32 << halvings) as f32 } else { 1.0 };
-                    let error = finer * (share - 0.5 * (a + b)).abs();
-                    probe.count(share, error, allowed);
-                }
+                let asked = worker.asks.shares(channel);
+                at_level!(self.level, probe.count(aim, &self.refinement, pixels.both(channel), asked));
             }
         }
         worker.gaps[0] = pixels;
     }
 
     /// Asks a slice about pixels that come column by column.
-    fn ask_all(&self, slice: &Slice, fan: &Fan, pixels: &[GapPixel], worker: &mut Worker) {
-        let columns = [pixels[0].column, pixels[pixels.len() - 1].column + 1];
-        worker.asks.clear((columns[1] - columns[0]) as usize, worker.most_asks);
-        let depth = self.frame.depth().texels();
-        let mut column = None;
-        for pixel in pixels {
-            if column != Some(pixel.column) {
-                column = Some(pixel.column);
-                worker.asks.begin(pixel.column - columns[0]);
-            }
-            worker.asks.push(self.answerer.end(depth[pixel.place as usize]));
-        }
-        self.answer(slice, fan, columns, worker);
+    fn ask_all(&self, slice: &Slice, fan: &Fan, pixels: &GapPixels, worker: &mut Worker) {
+        at_level!(self.level, worker.asks.take(pixels, self.answerer.channels));
+        let [first, last] = pixels.span();
+        self.answer(slice, fan, [first, last + 1], worker);
     }
 
-    /// Writes a pixel's share, or lists it to be answered by a slice nearer to it.
-    #[inline(always)]
-    fn finish_pixel(&self, pixel: &GapPixel, level: u32, split: &mut Vec<GapPixel>) {
-        let Refinement { tolerance, floor, halvings, walks_rest } = self.refinement;
+    /// Writes the shares of the pixels of a gap; returns whether some are left to slices nearer to them.
+    fn finish(&self, pixels: &mut GapPixels, level: u32) -> bool {
         let channels = self.answerer.channels;
-        if level < halvings || walks_rest {
-            // What a shadow's edge somewhere in the gap would change: most in its middle, nothing at a slice.
-            let doubt = 2.0 * pixel.part * (1.0 - pixel.part);
-            let differs = (0..channels).any(|channel| {
-                let (a, b) = (pixel.before[channel], pixel.behind[channel]);
-                (b - a).abs() * doubt > tolerance * (0.5 * (a + b)).max(floor)
-            });
-            if differs && level < halvings {
-                split.push(*pixel);
-                return;
-            }
-            if differs && walks_rest {
-                return; // The slot stays empty.
-            }
-        }
-        for channel in 0..channels {
-            let (a, b) = (pixel.before[channel], pixel.behind[channel]);
-            if a.min(b) < 0.0 {
-                continue; // In the ring: the slot stays empty.
-            }
-            self.shares.put(pixel.place as usize, channel, a + pixel.part * (b - a));
-        }
+        at_level!(self.level, {
+            let halves = level < self.refinement.halvings;
+            let differ =
+                (halves || self.refinement.walks_rest) && pixels.doubt(&self.refinement, channels);
+            pixels.put(self.shares, channels);
+            differ && halves
+        })
     }
 
     /// Puts a slice through the middle of a gap for some of its pixels, which come column by column.
-    fn halve(&self, fan: &Fan, between: [&Slice; 2], level: u32, pixels: &[GapPixel], worker: &mut Worker) {
+    fn halve(
+        &self,
+        fan: &Fan,
+        between: [&Slice; 2],
+        level: u32,
+        pixels: &mut GapPixels,
+        worker: &mut Worker,
+    ) {
+        let channels = self.answerer.channels;
         let [a, b] = between;
         let middle = Slice::through(&self.answerer.epipole, fan.major, 0.5 * (a.exit + b.exit));
         self.ask_all(&middle, fan, pixels, worker);
-        // Both halves take their answers before one of them needs the room.
+        at_level!(self.level, {
+            let shares = [0, 1, 2].map(|channel| worker.asks.shares(channel));
+            pixels.halve(fan.major, [a, &middle, b], shares, channels);
+        });
+        if !self.finish(pixels, level + 1) {
+            return;
+        }
         let below = level as usize + 1;
         let mut halves = std::mem::take(&mut worker.levels[below]);
-        halves.iter_mut().for_each(Vec::clear);
-        for (index, pixel) in pixels.iter().enumerate() {
-            let along = f64::from(pixel.column) + 0.5;
-            let [from, cut, to] = [a, &middle, b].map(|slice| slice.minor_at(fan.major, along));
-            let cut = if to > from { ((cut - from) / (to - from)) as f32 } else { 0.5 };
-            let mut own = *pixel;
-            let side = usize::from(pixel.part >= cut);
-            for channel in 0..self.answerer.channels {
-                let share = worker.asks.shares(channel)[index];
-                if side == 0 { own.behind[channel] = share } else { own.before[channel] = share }
-            }
-            let [offset, width] = if side == 0 { [pixel.part, cut] } else { [pixel.part - cut, 1.0 - cut] };
-            own.part = if width > 0.0 { (offset / width).clamp(0.0, 1.0) } else { 0.5 };
-            self.finish_pixel(&own, level + 1, &mut halves[side]);
-        }
-        for (side, half) in halves.iter().enumerate() {
+        for (side, half) in halves.iter_mut().enumerate() {
+            at_level!(self.level, half.take_doubtful(pixels, Some(side), channels));
             if !half.is_empty() {
                 let between = if side == 0 { [a, &middle] } else { [&middle, b] };
                 self.halve(fan, between, level + 1, half, worker);
@@ -373,31 +284,5 @@ impl SlicePass<'_> {
             self.level,
             self.answerer.answer(slice, way, columns, &mut worker.asks, &mut worker.buffers)
         );
-    }
-}
-
-impl Line {
-    /// Follows slice `index` of a fan through its columns.
-    fn follow(&mut self, level: Level, fan: &Fan, pixels: &FanPixels, slices: &[Slice], index: usize) {
-        let slice = &slices[index];
-        let start = slice.minor_at(fan.major, f64::from(pixels.columns[0]) + 0.5) - 0.5;
-        let count = pixels.ranges.len();
-        self.minors.resize(count, 0.0);
-        self.borders.resize(count, 0);
-        at_level!(level, {
-            let lines = self.minors.iter_mut().zip(&mut self.borders).zip(&pixels.ranges);
-            for (offset, ((minor, border), range)) in lines.enumerate() {
-                let exact = start + slice.slope * offset as f64;
-                *minor = exact as f32;
-                *border = (exact.ceil() as i32).clamp(range[0], range[1]);
-            }
-        });
-        // The outermost lines are shared with other fans, and every pixel is on one side of them.
-        if index == 0 || index + 1 == slices.len() {
-            let end = usize::from(index > 0);
-            for (border, range) in self.borders.iter_mut().zip(&pixels.ranges) {
-                *border = range[end];
-            }
-        }
     }
 }

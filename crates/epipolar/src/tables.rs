@@ -2,70 +2,90 @@
 
 use crate::integrate::Terms;
 
-/// The factors of the view rays.
+/// The factors of the view rays of one band.
 pub struct Views<'a, const N: usize> {
-    /// B.
-    pub weights: Table<'a, N>,
-    /// Coordinate of each column.
-    pub views: &'a [f32],
-    /// Coordinate at which the table begins.
-    pub first: f32,
+    /// B of each column from the first on.
+    pub terms: &'a [Terms<N>],
+    /// The first column.
+    pub first: u32,
     /// Largest share.
     pub brightest: f32,
 }
 
 impl<const N: usize> Views<'_, N> {
-    /// The factors of a column.
+    /// The shares that lit sums have of whole ones, a column each. Spends both on it.
     #[inline(always)]
-    pub fn at(&self, column: usize) -> Terms<N> {
-        self.weights.at((self.views[column] - self.first).max(0.0))
-    }
-
-    /// The share that a lit sum has of the whole one.
-    #[inline(always)]
-    pub fn share(&self, view: &Terms<N>, sum: &Terms<N>, end: &Terms<N>) -> f32 {
-        let (mut lit, mut whole) = (0.0f32, 0.0f32);
-        for term in 0..N {
-            lit += view[term] * sum[term];
-            whole += view[term] * end[term];
+    pub fn shares(
+        &self,
+        columns: &[u32],
+        lit: &mut [Terms<N>],
+        whole: &mut [Terms<N>],
+        shares: &mut [f32],
+    ) {
+        for (&column, (lit, whole)) in columns.iter().zip(lit.iter_mut().zip(&mut *whole)) {
+            let view = &self.terms[(column - self.first) as usize];
+            *lit = std::array::from_fn(|term| lit[term] * view[term]);
+            *whole = std::array::from_fn(|term| whole[term] * view[term]);
         }
-        // A ray without length has no shadow, and its radiance is 0 anyway.
-        let share = lit / whole;
-        let share = if share > 0.0 { share } else { 0.0 };
-        let share = if share < self.brightest { share } else { self.brightest };
-        if whole > 0.0 { share } else { 1.0 }
+        for (share, (lit, whole)) in shares.iter_mut().zip(lit.iter().zip(&*whole)) {
+            let sum = |terms: &Terms<N>| terms.iter().fold(0.0, |sum, term| sum + term);
+            let (lit, whole) = (sum(lit), sum(whole));
+            // A ray without length has no shadow, and its radiance is 0 anyway.
+            let own = lit / whole;
+            let own = if own > 0.0 { own } else { 0.0 };
+            let own = if own < self.brightest { own } else { self.brightest };
+            *share = if whole > 0.0 { own } else { 1.0 };
+        }
     }
 }
+
+/// Arguments that are placed side by side.
+const BATCH: usize = 64;
 
 /// A table of factors over a uniform grid, interpolated linearly.
 pub struct Table<'a, const N: usize> {
     nodes: &'a [Terms<N>],
+    first: f32,
     per_unit: f32,
     last: f32,
 }
 
 impl<'a, const N: usize> Table<'a, N> {
-    /// `scale` maps the argument to [0, 1].
+    /// A table that begins at an argument; `scale` maps the difference to it to [0, 1].
     #[inline(always)]
-    pub fn new(flat: &'a [f32], scale: f64) -> Self {
+    pub fn new(flat: &'a [f32], first: f32, scale: f64) -> Self {
         let nodes = flat.as_chunks::<N>().0;
         let last = (nodes.len() - 1) as f32;
-        Self { nodes, per_unit: (scale * f64::from(last)) as f32, last }
+        Self { nodes, first, per_unit: (scale * f64::from(last)) as f32, last }
     }
 
-    /// The terms at an argument ≥ 0; behind the last node those of it.
+    /// The terms at arguments; before the first node those of it, and behind the last node those of that.
     #[inline(always)]
-    pub fn at(&self, argument: f32) -> Terms<N> {
+    pub fn read(&self, arguments: &[f32], out: &mut [Terms<N>]) {
+        let (mut nodes, mut parts) = ([0u32; BATCH], [0.0f32; BATCH]);
+        for (arguments, out) in arguments.chunks(BATCH).zip(out.chunks_mut(BATCH)) {
+            let places = nodes.iter_mut().zip(&mut parts);
+            for ((node, part), &argument) in places.zip(arguments) {
+                (*node, *part) = self.place(argument);
+            }
+            for (out, (&node, &part)) in out.iter_mut().zip(nodes.iter().zip(&parts)) {
+                let [a, b] = &self.nodes[node as usize..][..2] else { unreachable!("two nodes") };
+                *out = std::array::from_fn(|term| a[term] + part * (b[term] - a[term]));
+            }
+        }
+    }
+
+    /// The node before an argument, and how far it is from there to the next one.
+    #[inline(always)]
+    fn place(&self, argument: f32) -> (u32, f32) {
         /// 2²³: an f32 that it is added to shows its nearest integer in its lowest bits.
         const INTEGERS: f32 = 8_388_608.0;
-        let place = argument * self.per_unit;
+        let place = (argument - self.first) * self.per_unit;
+        let place = if place > 0.0 { place } else { 0.0 };
         let place = if place < self.last { place } else { self.last };
         // The node below, or where two are equally near the one below that: then `part` is 1.
         let below = if place > 0.5 { place - 0.5 } else { 0.0 };
         let below = if below < self.last - 1.0 { below } else { self.last - 1.0 } + INTEGERS;
-        let part = place - (below - INTEGERS);
-        let index = (below.to_bits() - INTEGERS.to_bits()) as usize;
-        let [a, b] = &self.nodes[index..index + 2] else { unreachable!("a table has two nodes") };
-        std::array::from_fn(|term| a[term] + part * (b[term] - a[term]))
+        (below.to_bits() - INTEGERS.to_bits(), place - (below - INTEGERS))
     }
 }

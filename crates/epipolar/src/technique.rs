@@ -202,7 +202,7 @@ impl VolumetricShadow for Epipolar {
         let sides = frame.shadow().layers().flat_map(|layer| layer.projection().size());
         let side = sides.max().unwrap_or(0) as usize;
         for worker in &mut self.workers {
-            worker.reserve(frame, side, spacing, &self.integrand);
+            worker.reserve(frame, side, spacing, &self.integrand, channels);
         }
         clock.lap(&mut stats, "set-up");
         // Factors that miss their error by far are not used: every pixel is walked instead.

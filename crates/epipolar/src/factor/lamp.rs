@@ -109,9 +109,18 @@ impl LampBands {
         &self.bands[..self.count]
     }
 
-    /// The band of a view ray at `b`.
-    pub fn band_of(&self, b: f64) -> usize {
-        self.bands().iter().position(|band| b <= band.b_max).unwrap_or(self.count.saturating_sub(1))
+    /// The band of a view ray at `b`, and where it begins and ends; the outermost ones take what lies outside.
+    pub fn band_of(&self, b: f32) -> (usize, [f32; 2]) {
+        let last = self.count.saturating_sub(1);
+        let mut start = f32::NEG_INFINITY;
+        for (index, band) in self.bands[..last].iter().enumerate() {
+            let end = band.b_max as f32;
+            if b < end {
+                return (index, [start, end]);
+            }
+            start = end;
+        }
+        (last, [start, f32::INFINITY])
     }
 
     /// The largest error of all bands, see [`LampFactors::error`].

@@ -111,9 +111,7 @@ impl<'a, const N: usize> Blocks<'a, N> {
         let sums = &mut sums[place / BLOCK * BLOCK..][..BLOCK];
         let factors = &Self::BEHIND[BLOCK - 1 - place % BLOCK..][..BLOCK];
         for (sum, factor) in sums.iter_mut().zip(factors) {
-            for term in 0..N {
-                sum[term] += factor[term] * terms[term];
-            }
+            *sum = std::array::from_fn(|term| sum[term] + factor[term] * terms[term]);
         }
     }
 

@@ -139,9 +139,7 @@ impl<const N: usize> Problem<'_, N> {
 
 #[inline(always)]
 fn add<const N: usize>(sum: &mut Terms<N>, terms: &Terms<N>) {
-    for term in 0..N {
-        sum[term] += terms[term];
-    }
+    *sum = std::array::from_fn(|term| sum[term] + terms[term]);
 }
 
 /// Floats of a cache line.

@@ -110,6 +110,7 @@ proptest! {
     fn the_index_finds_the_run_that_holds_a_light_ray(
         widths in prop::collection::vec(0.0f32..3.0, 1..300),
         places in prop::collection::vec(0.0f32..1.0, 50),
+        queries in 0usize..9000,
     ) {
         let mut row = Row::default();
         row.clear(widths.len());
@@ -120,11 +121,12 @@ proptest! {
         }
         row.finish();
         let mut index = RunIndex::default();
-        index.fill(row.starts(), gamma.max(1e-3) * 0.8);
-        for place in places {
-            let gamma = place * gamma;
-            let near = (place * 7.0) as u32 % row.len() as u32;
-            let run = index.find(row.starts(), gamma, near) as usize;
+        index.fill(row.starts(), gamma.max(1e-3) * 0.8, queries);
+        let gammas: Vec<f32> = places.iter().map(|place| place * gamma).collect();
+        let mut runs = vec![0; gammas.len()];
+        index.find(row.starts(), &gammas, &mut runs);
+        for (&gamma, &run) in gammas.iter().zip(&runs) {
+            let run = run as usize;
             prop_assert!(row.starts()[run] <= gamma && gamma < row.starts()[run + 1]);
         }
     }

@@ -179,11 +179,13 @@ impl Pass<'_> {
         let reach = gammas.iter().copied().fold(0.0, f32::max);
         let row = self.row(&plane, order, reach);
         let mut index = RunIndex::default();
-        index.fill(row.starts(), reach);
+        index.fill(row.starts(), reach, 1);
         let mut scratch = IntegratorScratch::default();
         let one = |((pixel, end), gamma): ((&FanPixel, &f64), &f32)| {
             let rank = order.rank(pixel[0]);
-            let run = index.find(row.starts(), *gamma, 0);
+            let mut run = [0];
+            index.find(row.starts(), &[*gamma], &mut run);
+            let [run] = run;
             let weight = |t: f64| self.weight(t);
             let per_gamma = 1.0 / sine(pixel[0]);
             let starts = &row.starts()[..=run as usize];

@@ -52,7 +52,7 @@ fn worst_error(bands: &LampBands, prefixes: &[Prefix<'_>], medium: &Medium, b: f
     let direction = DVec3::new(b.sin(), 0.0, b.cos());
     let ray = LampRay::new(DVec3::ZERO, direction, DVec3::new(0.0, 0.0, LENGTH), 0.0);
     let exact = LampIntegral::point(ray, medium);
-    let band = bands.band_of(b);
+    let (band, _) = bands.band_of(b as f32);
     let weights = bands.bands()[band].weights_at(b as f32);
     let angle = |t: f64| (t * b.sin()).atan2(LENGTH - t * b.cos());
     let fitted = |t: f64| -> f64 {
@@ -167,7 +167,7 @@ fn a_spots_cone_multiplies_gamma() {
     for b in [0.05f64, 0.4, 0.9, 1.4] {
         let direction = DVec3::new(b.sin(), 0.0, b.cos());
         let ray = LampRay::new(DVec3::ZERO, direction, lamp, 0.0);
-        let band = &bands.bands()[bands.band_of(b)];
+        let band = &bands.bands()[bands.band_of(b as f32).0];
         let weights = band.weights_at(b as f32);
         let angle = |t: f64| (t * b.sin()).atan2(LENGTH - t * b.cos());
         // Midpoints of 20,000 pieces of Γ·cone; the light ray at g leaves the lamp at π − g from the axis of the frame.
@@ -259,7 +259,7 @@ fn bands_are_seamless_and_the_second_build_allocates_nothing() {
     assert!(ends.windows(2).all(|pair| pair[0] <= pair[1]));
     for (i, pair) in bands.bands().windows(2).enumerate() {
         assert_eq!(pair[0].b_max(), pair[1].b_min());
-        assert_eq!(bands.band_of(pair[1].b_min() + 1e-9), i + 1);
+        assert_eq!(bands.band_of((pair[1].b_min() + 1e-9) as f32).0, i + 1);
     }
     let places = |bands: &LampBands| -> Vec<[*const f32; 2]> {
         bands.bands().iter().map(|band| [band.gamma().as_ptr(), band.weights().as_ptr()]).collect()
