@@ -9,7 +9,7 @@ use fearless_simd::{f32x16, i32x16};
 
 use crate::extrema::{LayerExtrema, TILE};
 use crate::map_line::MapLine;
-use crate::row::{FARTHEST, LANES, Row, Seen, Surface, UNSURE};
+use crate::row::{FARTHEST, LANES, RunWriter, Seen, Surface, UNSURE};
 
 /// Stretches that are rectified side by side.
 const GROUPS: usize = LANES / TILE;
@@ -46,27 +46,28 @@ impl Stretches {
     }
 }
 
-impl Row {
+impl RunWriter<'_> {
     /// Appends the exact cells of a line; returns how many texel columns were read.
     #[inline(always)]
-    pub(crate) fn append_exact<S: Simd>(
+    pub fn append_exact<S: Simd>(
         &mut self,
         simd: S,
         line: &MapLine,
         texels: &[f32],
         extrema: LayerExtrema<'_>,
+        certain: &mut [i32],
         seen: Seen,
     ) -> u32 {
         let surface = Surface::new(line, seen);
         let stretches = Stretches::new(line);
-        self.judge(simd, &surface, &stretches, extrema);
+        surface.judge(simd, &stretches, extrema, certain);
         let mut cells = CellBatch::default();
         let (mut from, mut read) = (0, 0);
         while from < stretches.count {
             // As many as fit side by side, with those in between that are one run.
             let (mut group, mut to) = (0, from);
             while to < stretches.count {
-                if self.certain[to as usize] == UNSURE {
+                if certain[to as usize] == UNSURE {
                     if group == GROUPS {
                         break;
                     }
@@ -81,7 +82,7 @@ impl Row {
             }
             group = 0;
             for stretch in from..to {
-                let certain = self.certain[stretch as usize];
+                let certain = certain[stretch as usize];
                 if certain == UNSURE {
                     self.append_stretch(&surface, &cells, group);
                     group += 1;
@@ -93,48 +94,6 @@ impl Row {
             from = to;
         }
         read
-    }
-
-    /// Finds the lit columns of the stretches that are one run, [`UNSURE`] for the others.
-    #[inline(always)]
-    fn judge<S: Simd>(
-        &mut self,
-        simd: S,
-        surface: &Surface<'_>,
-        stretches: &Stretches,
-        extrema: LayerExtrema<'_>,
-    ) {
-        let line = surface.line;
-        let [minor, slope] = line.minor;
-        let width = i32x16::splat(simd, extrema.width as i32);
-        let along_rows = line.strides[0] == 1;
-        for base in (0..stretches.count).step_by(TILE) {
-            let stretch =
-                i32x16::from_fn(simd, |lane| (base as i32 + lane as i32).min(stretches.count as i32 - 1));
-            let first = (stretch * TILE as i32 - stretches.before).to_float::<Lanes<S>>() - line.consumed;
-            let ends = [
-                between(simd, first, 0.0, line.length),
-                between(simd, first + TILE as f32, 0.0, line.length),
-            ];
-            let major = stretch * line.advance + stretches.first_tile;
-            // Along a stretch the line rises by a tile at the most, so it crosses two at the most.
-            let mut places = [[0i32; TILE]; 2];
-            for end in 0..2 {
-                let texel = between(simd, ends[end] * slope + minor, 0.0, line.last_minor).to_int::<i32x16<S>>();
-                let tile = texel >> TILE.trailing_zeros();
-                let place = if along_rows { tile * width + major } else { major * width + tile };
-                place.store_slice(&mut places[end]);
-            }
-            let mut depths = [[0.0f32; TILE]; 2];
-            for lane in 0..TILE {
-                let a = extrema.tiles[places[0][lane] as usize];
-                let b = extrema.tiles[places[1][lane] as usize];
-                (depths[0][lane], depths[1][lane]) = (a[0].min(b[0]), a[1].max(b[1]));
-            }
-            let depths = [Lanes::from_slice(simd, &depths[0]), Lanes::from_slice(simd, &depths[1])];
-            let certain = surface.certain_lanes(simd, ends, depths);
-            certain.store_slice(&mut self.certain[base as usize..][..TILE]);
-        }
     }
 
     /// Appends one stretch of a batch.
@@ -297,6 +256,47 @@ impl CellBatch {
 }
 
 impl Surface<'_> {
+    /// Finds the lit columns of the stretches that are one run, [`UNSURE`] for the others.
+    #[inline(always)]
+    fn judge<S: Simd>(
+        &self,
+        simd: S,
+        stretches: &Stretches,
+        extrema: LayerExtrema<'_>,
+        certain: &mut [i32],
+    ) {
+        let line = self.line;
+        let [minor, slope] = line.minor;
+        let width = i32x16::splat(simd, extrema.width as i32);
+        let along_rows = line.strides[0] == 1;
+        for base in (0..stretches.count).step_by(TILE) {
+            let stretch =
+                i32x16::from_fn(simd, |lane| (base as i32 + lane as i32).min(stretches.count as i32 - 1));
+            let first = (stretch * TILE as i32 - stretches.before).to_float::<Lanes<S>>() - line.consumed;
+            let ends = [
+                between(simd, first, 0.0, line.length),
+                between(simd, first + TILE as f32, 0.0, line.length),
+            ];
+            let major = stretch * line.advance + stretches.first_tile;
+            // Along a stretch the line rises by a tile at the most, so it crosses two at the most.
+            let mut places = [[0i32; TILE]; 2];
+            for end in 0..2 {
+                let texel = between(simd, ends[end] * slope + minor, 0.0, line.last_minor).to_int::<i32x16<S>>();
+                let tile = texel >> TILE.trailing_zeros();
+                let place = if along_rows { tile * width + major } else { major * width + tile };
+                place.store_slice(&mut places[end]);
+            }
+            let mut depths = [[0.0f32; TILE]; 2];
+            for lane in 0..TILE {
+                let a = extrema.tiles[places[0][lane] as usize];
+                let b = extrema.tiles[places[1][lane] as usize];
+                (depths[0][lane], depths[1][lane]) = (a[0].min(b[0]), a[1].max(b[1]));
+            }
+            let depths = [Lanes::from_slice(simd, &depths[0]), Lanes::from_slice(simd, &depths[1])];
+            self.certain_lanes(simd, ends, depths).store_slice(&mut certain[base as usize..][..TILE]);
+        }
+    }
+
     /// [`Self::lit_columns`] of sixteen texel columns.
     #[inline(always)]
     fn lit_lanes<S: Simd>(&self, simd: S, ends: [Lanes<S>; 2], depth: Lanes<S>) -> [Lanes<S>; 2] {

@@ -67,11 +67,16 @@ impl Row {
     /// Appends light rays from γ on that `lit` columns see.
     #[inline(always)]
     pub fn push(&mut self, gamma: f32, lit: u32) {
-        // Without a branch: what is not kept is overwritten by the next call.
-        let fresh = self.lit[self.count] != lit;
-        self.starts[self.count] = gamma;
-        self.lit[self.count + 1] = lit;
-        self.count += usize::from(fresh);
+        let (mut writer, _) = self.writer();
+        writer.push(gamma, lit);
+        self.count = writer.count;
+    }
+
+    /// What appends runs, and what is certain of stretches. The row's own count is to be set when it is done.
+    #[inline(always)]
+    fn writer(&mut self) -> (RunWriter<'_>, &mut [i32]) {
+        let Self { starts, lit, count, certain } = self;
+        (RunWriter { last: lit[*count], starts, lit, count: *count }, certain)
     }
 
     /// Ends the row: nothing follows its last run.
@@ -116,18 +121,17 @@ impl Row {
     ) -> u32 {
         match seen.cells {
             Cells::Exact => {
-                return at_level!(level, simd => self.append_exact(simd, line, texels, extrema, seen));
+                let (mut writer, certain) = self.writer();
+                let read = at_level!(level, simd => {
+                    writer.append_exact(simd, line, texels, extrema, certain, seen)
+                });
+                self.count = writer.count;
+                return read;
             }
             Cells::Uniform => self.append_samples::<1>(line, texels, seen),
             Cells::Box | Cells::Modes => self.append_samples::<4>(line, texels, seen),
         }
         line.columns
-    }
-
-    /// Columns that see the last run lit.
-    #[inline(always)]
-    pub(crate) fn last_lit(&self) -> u32 {
-        self.lit[self.count]
     }
 
     /// Appends a cell a texel column with N depths.
@@ -171,9 +175,36 @@ impl Row {
             }
         }
     }
+}
+
+/// Appends runs to a row. A hundred runs in a row depend on the count of them, so it is not kept in memory: a core waits
+/// for what it has just stored.
+pub(crate) struct RunWriter<'a> {
+    starts: &'a mut [f32],
+    lit: &'a mut [u32],
+    count: usize,
+    last: u32,
+}
+
+impl RunWriter<'_> {
+    /// As [`Row::push`].
+    #[inline(always)]
+    pub fn push(&mut self, gamma: f32, lit: u32) {
+        // Without a branch: what is not kept is overwritten by the next call.
+        self.starts[self.count] = gamma;
+        self.lit[self.count + 1] = lit;
+        self.count += usize::from(self.last != lit);
+        self.last = lit;
+    }
+
+    /// Columns that see the last run lit.
+    #[inline(always)]
+    pub fn last_lit(&self) -> u32 {
+        self.last
+    }
 
     /// Appends the light rays of one texel behind which the number of lit columns changes from `from` to `to`.
-    pub(crate) fn split(
+    pub fn split(
         &mut self,
         surface: &Surface<'_>,
         depth: f32,

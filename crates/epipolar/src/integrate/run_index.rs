@@ -26,7 +26,7 @@ impl RunIndex {
     /// found, finding them faster is worth more buckets.
     #[inline(always)]
     pub fn fill(&mut self, starts: &[f32], reach: f32, queries: usize) {
-        let buckets = queries.clamp(FEWEST, MOST).next_power_of_two();
+        let buckets = (queries + starts.len()).clamp(FEWEST, MOST).next_power_of_two();
         self.last = buckets as u32;
         self.per_gamma = if reach < f32::MAX { buckets as f32 / reach.max(f32::MIN_POSITIVE) } else { 0.0 };
         let first = &mut self.first[..=buckets];
