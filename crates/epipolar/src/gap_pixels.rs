@@ -171,7 +171,7 @@ impl GapPixels {
             let (line, gap) = (*part, next - *part);
             let own = (row as f32 - line) / gap;
             // Pixels of a gap without width are as far from both.
-            *part = if gap > 0.0 { own.max(0.0).min(1.0) } else { 0.5 };
+            *part = if gap > 0.0 { own.clamp(0.0, 1.0) } else { 0.5 };
         }
         let [column_stride, stride] = grid.strides;
         let pixels = self.columns[..count].iter_mut().zip(&mut self.places).zip(&self.rows);
@@ -283,7 +283,7 @@ impl GapPixels {
             let cut = if to > from { ((cut - from) / (to - from)) as f32 } else { 0.5 };
             let behind = *part >= cut;
             let (offset, width) = if behind { (*part - cut, 1.0 - cut) } else { (*part, cut) };
-            *part = if width > 0.0 { (offset / width).max(0.0).min(1.0) } else { 0.5 };
+            *part = if width > 0.0 { (offset / width).clamp(0.0, 1.0) } else { 0.5 };
             *flags = if behind { SECOND_HALF } else { 0 };
         }
         let [before, behind] = &mut self.answers;
@@ -300,8 +300,13 @@ impl GapPixels {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        let numbers = [&self.columns, &self.places, &self.asked, &self.flags, &self.before_columns].map(Vec::capacity);
+        let numbers =
+            [&self.columns, &self.places, &self.asked, &self.flags, &self.before_columns].map(Vec::capacity);
         let answers = self.answers.iter().flatten().map(Vec::capacity).sum::<usize>();
-        4 * (numbers.iter().sum::<usize>() + self.rows.capacity() + self.ends.capacity() + self.parts.capacity() + answers)
+        4 * (numbers.iter().sum::<usize>()
+            + self.rows.capacity()
+            + self.ends.capacity()
+            + self.parts.capacity()
+            + answers)
     }
 }

@@ -67,22 +67,97 @@ impl Probe {
         }
     }
 
-    /// What the measured spacing is to be multiplied by; `None` if it keeps the aim.
+    /// By how much the aim is missed, or kept if it is at most 1.
+    pub fn excess(&self, aim: Aim) -> f64 {
+        let read = |sum: &AtomicU64| sum.load(Ordering::Relaxed) as f64;
+        let pixels = read(&self.pixels).max(1.0);
+        let mean = read(&self.light) / f64::from(LIGHT_UNITS) / pixels;
+        let rms = (read(&self.squares) / f64::from(SQUARE_UNITS) / pixels).sqrt();
+        // p99: one pixel in a hundred may be off. Without any light nothing is.
+        let target = (f64::from(aim.rms) * mean).max(f64::MIN_POSITIVE);
+        (read(&self.over) / (0.01 * pixels)).max(rms / target)
+    }
+}
+
+/// The search for the widest spacing that keeps an aim.
+#[derive(Debug, Clone, Copy)]
+pub struct SpacingSearch {
+    /// The spacing that is to be measured next, or the one that was found.
+    pub spacing: f64,
+    finest: f64,
+    /// The last spacing that missed the aim, and by how much.
+    missed: Option<(f64, f64)>,
+    goes_on: bool,
+}
+
+impl SpacingSearch {
+    /// From a spacing on, down to the finest.
+    pub fn new(spacing: f64, finest: f64) -> Self {
+        Self { spacing, finest: finest.min(spacing), missed: None, goes_on: finest < spacing }
+    }
+
+    /// Whether there is something to measure.
+    pub fn goes_on(&self) -> bool {
+        self.goes_on
+    }
+
+    /// Takes what was measured.
     ///
     /// Both the pixels that are off and the RMS fall about in proportion to the spacing. The next spacing is measured
-    /// again, so a guess need not be right; it never skips more than two octaves, nor less than half of one.
-    pub fn finer(&self, aim: Aim) -> Option<f64> {
-        let read = |sum: &AtomicU64| sum.load(Ordering::Relaxed) as f64;
-        let pixels = read(&self.pixels);
-        let mean = read(&self.light) / f64::from(LIGHT_UNITS) / pixels.max(1.0);
-        let rms = (read(&self.squares) / f64::from(SQUARE_UNITS) / pixels.max(1.0)).sqrt();
-        // p99: one pixel in a hundred may be off.
-        let (over, allowed) = (read(&self.over), 0.01 * pixels);
-        let target = f64::from(aim.rms) * mean;
-        if over <= allowed && rms <= target {
-            return None;
+    /// again, so a guess need not be right; it never skips more than two octaves, nor less than half of one. Between the
+    /// last spacing that missed the aim and the one that keeps it lies the one that just does.
+    pub fn learn(&mut self, excess: f64) {
+        /// What is aimed at between two measurements, of what is allowed.
+        const WITH_ROOM: f64 = 0.85;
+        if excess > 1.0 {
+            self.goes_on = self.spacing > self.finest;
+            self.missed = Some((self.spacing, excess));
+            let factor = (1.0 / excess).clamp(0.25, std::f64::consts::FRAC_1_SQRT_2);
+            self.spacing = (factor * self.spacing).max(self.finest);
+            return;
         }
-        let factor = (allowed / over.max(f64::MIN_POSITIVE)).min(target / rms.max(f64::MIN_POSITIVE));
-        Some(factor.clamp(0.25, std::f64::consts::FRAC_1_SQRT_2))
+        self.goes_on = false;
+        if let Some((wider, worse)) = self.missed
+            && excess < WITH_ROOM
+        {
+            let excess = excess.max(0.01);
+            let part = (WITH_ROOM / excess).ln() / (worse / excess).ln();
+            self.spacing *= (wider / self.spacing).powf(part);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The spacing that is found where the error is `worst·spacingᵖ` times what is allowed.
+    fn found(worst: f64, power: f64) -> (f64, u32) {
+        let mut search = SpacingSearch::new(4.0, 0.125);
+        let mut measured = 0;
+        while search.goes_on() {
+            measured += 1;
+            search.learn(worst * search.spacing.powf(power));
+        }
+        (search.spacing, measured)
+    }
+
+    #[test]
+    fn the_search_finds_the_spacing_that_just_keeps_the_aim() {
+        for worst in [0.3f64, 0.7, 1.3, 2.0, 3.3, 5.0] {
+            for power in [0.7, 1.0, 1.5] {
+                let (spacing, measured) = found(worst, power);
+                let excess = worst * spacing.powf(power);
+                println!(
+                    "{worst}·spacing^{power}: {spacing:.3} after {measured}, {excess:.3} of what is allowed"
+                );
+                let as_wide_as_can_be = excess > 0.849 || spacing == 4.0;
+                let kept = excess <= 1.0 || spacing == 0.125;
+                assert!(kept && as_wide_as_can_be && measured <= 5, "{worst} {power}");
+            }
+        }
+        assert_eq!(found(0.0, 1.0), (4.0, 1));
+        assert_eq!(found(1e6, 1.0).0, 0.125);
+        assert!(found(f64::INFINITY, 1.0).0 == 0.125);
     }
 }

@@ -14,7 +14,7 @@ use crate::extrema::Extrema;
 use crate::fan_pixels::FanPixels;
 use crate::integrand::{Integrand, Precision};
 use crate::options::{Around, ID, Options};
-use crate::probe::{Aim, Probe, stride};
+use crate::probe::{Aim, Probe, SpacingSearch, stride};
 use crate::resolve::Resolve;
 use crate::row::Cells;
 use crate::shares::Shares;
@@ -214,13 +214,15 @@ impl VolumetricShadow for Epipolar {
 
         if shadowed && trusted {
             if let Some(aim) = self.options.aim {
-                let finest = aim.finest.min(spacing);
-                while spacing > finest {
+                let mut search = SpacingSearch::new(spacing, aim.finest);
+                while search.goes_on() {
                     let probe = Probe::default();
                     self.run_slices(frame, epipole, channels, ring, Some((&probe, aim)));
-                    let Some(factor) = probe.finer(aim) else { break };
-                    spacing = (factor * spacing).max(finest);
-                    self.lay_slices(frame, &epipole, spacing);
+                    search.learn(probe.excess(aim));
+                    if search.spacing != spacing {
+                        spacing = search.spacing;
+                        self.lay_slices(frame, &epipole, spacing);
+                    }
                 }
                 clock.lap(&mut stats, "probe");
             }
