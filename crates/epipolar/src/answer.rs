@@ -387,7 +387,8 @@ impl<'a> Answerer<'a> {
         let OpenAsks { columns, gammas, runs: ask_runs, shares } = asks;
         let AtOnce { ranks, ends, sums } = &mut buffers.at_once;
         let count = columns.len();
-        let (ends, sums) = (&mut ends.as_chunks_mut::<N>().0[..count], &mut sums.as_chunks_mut::<N>().0[..count]);
+        let (ends, sums) =
+            (&mut ends.as_chunks_mut::<N>().0[..count], &mut sums.as_chunks_mut::<N>().0[..count]);
         table.read(gammas, ends);
         let ranks = &mut ranks[..count];
         for (rank, &column) in ranks.iter_mut().zip(columns) {

@@ -40,7 +40,14 @@ impl Asks {
     /// Every pixel beside a slice asks, column by column: first those of the gap before it, then those of the gap behind
     /// it. `first` is the slice's first column.
     #[inline(always)]
-    pub fn merge(&mut self, gaps: [&mut GapPixels; 2], fan_first: u32, stride: usize, first: u32, channels: usize) {
+    pub fn merge(
+        &mut self,
+        gaps: [&mut GapPixels; 2],
+        fan_first: u32,
+        stride: usize,
+        first: u32,
+        channels: usize,
+    ) {
         let [before, behind] = gaps;
         self.clear(before.len() + behind.len(), channels);
         self.count = before.len() + behind.len();

@@ -258,13 +258,7 @@ impl CellBatch {
 impl Surface<'_> {
     /// Finds the lit columns of the stretches that are one run, [`UNSURE`] for the others.
     #[inline(always)]
-    fn judge<S: Simd>(
-        &self,
-        simd: S,
-        stretches: &Stretches,
-        extrema: LayerExtrema<'_>,
-        certain: &mut [i32],
-    ) {
+    fn judge<S: Simd>(&self, simd: S, stretches: &Stretches, extrema: LayerExtrema<'_>, certain: &mut [i32]) {
         let line = self.line;
         let [minor, slope] = line.minor;
         let width = i32x16::splat(simd, extrema.width as i32);
@@ -281,7 +275,8 @@ impl Surface<'_> {
             // Along a stretch the line rises by a tile at the most, so it crosses two at the most.
             let mut places = [[0i32; TILE]; 2];
             for end in 0..2 {
-                let texel = between(simd, ends[end] * slope + minor, 0.0, line.last_minor).to_int::<i32x16<S>>();
+                let texel =
+                    between(simd, ends[end] * slope + minor, 0.0, line.last_minor).to_int::<i32x16<S>>();
                 let tile = texel >> TILE.trailing_zeros();
                 let place = if along_rows { tile * width + major } else { major * width + tile };
                 place.store_slice(&mut places[end]);

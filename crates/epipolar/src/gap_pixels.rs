@@ -300,8 +300,13 @@ impl GapPixels {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        let numbers = [&self.columns, &self.places, &self.asked, &self.flags, &self.before_columns].map(Vec::capacity);
+        let numbers =
+            [&self.columns, &self.places, &self.asked, &self.flags, &self.before_columns].map(Vec::capacity);
         let answers = self.answers.iter().flatten().map(Vec::capacity).sum::<usize>();
-        4 * (numbers.iter().sum::<usize>() + self.rows.capacity() + self.ends.capacity() + self.parts.capacity() + answers)
+        4 * (numbers.iter().sum::<usize>()
+            + self.rows.capacity()
+            + self.ends.capacity()
+            + self.parts.capacity()
+            + answers)
     }
 }

@@ -204,13 +204,7 @@ impl RunWriter<'_> {
     }
 
     /// Appends the light rays of one texel behind which the number of lit columns changes from `from` to `to`.
-    pub fn split(
-        &mut self,
-        surface: &Surface<'_>,
-        depth: f32,
-        [from, to]: [u32; 2],
-        [start, end]: [f32; 2],
-    ) {
+    pub fn split(&mut self, surface: &Surface<'_>, depth: f32, [from, to]: [u32; 2], [start, end]: [f32; 2]) {
         // Where the map is coarse beside the image near the epipole a texel may change every column; a row keeps to
         // its room, whatever the map holds.
         let room = (self.starts.len() - self.count).saturating_sub(2 * LANES + 4) as u32;

@@ -144,14 +144,7 @@ impl SlicePass<'_> {
     }
 
     /// Answers the pixels beside a slice: those of the gap before it, and those of the gap behind it, which it lists.
-    fn slice(
-        &self,
-        fan: &Fan,
-        pixels: &FanPixels,
-        slice: &Slice,
-        lines: [&Borders; 3],
-        worker: &mut Worker,
-    ) {
+    fn slice(&self, fan: &Fan, pixels: &FanPixels, slice: &Slice, lines: [&Borders; 3], worker: &mut Worker) {
         let channels = self.answerer.channels;
         let [first, own, last] = lines;
         let all = pixels.ranges.len();
@@ -239,8 +232,7 @@ impl SlicePass<'_> {
         let channels = self.answerer.channels;
         at_level!(self.level, {
             let halves = level < self.refinement.halvings;
-            let differ =
-                (halves || self.refinement.walks_rest) && pixels.doubt(&self.refinement, channels);
+            let differ = (halves || self.refinement.walks_rest) && pixels.doubt(&self.refinement, channels);
             pixels.put(self.shares, channels);
             differ && halves
         })

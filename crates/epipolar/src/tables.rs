@@ -15,13 +15,7 @@ pub struct Views<'a, const N: usize> {
 impl<const N: usize> Views<'_, N> {
     /// The shares that lit sums have of whole ones, a column each. Spends both on it.
     #[inline(always)]
-    pub fn shares(
-        &self,
-        columns: &[u32],
-        lit: &mut [Terms<N>],
-        whole: &mut [Terms<N>],
-        shares: &mut [f32],
-    ) {
+    pub fn shares(&self, columns: &[u32], lit: &mut [Terms<N>], whole: &mut [Terms<N>], shares: &mut [f32]) {
         for (&column, (lit, whole)) in columns.iter().zip(lit.iter_mut().zip(&mut *whole)) {
             let view = &self.terms[(column - self.first) as usize];
             *lit = std::array::from_fn(|term| lit[term] * view[term]);
