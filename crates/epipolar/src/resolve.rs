@@ -6,33 +6,43 @@
 
 use glam::{DVec3, Vec3};
 use scatter_core::{
-    Camera, DirectionalLight, Frame, LampIntegralF32, Light, Medium, Window, exp_f32, walked_radiance,
+    Camera, DirectionalLight, Frame, LampIntegralF32, Level, Light, Medium, RayLanes, Window, exp_f32,
+    simd_level, walked_radiance,
 };
 
 use crate::shares::Shares;
 
 /// Pixels that are resolved side by side.
-const LANES: usize = 16;
+const LANES: usize = RayLanes::COUNT;
 
 /// What turns shares into an image.
 pub struct Resolve<'a> {
     frame: &'a Frame<'a>,
     /// Shares of the pixels and their channels; `None` if nothing casts a shadow.
     shares: Option<(&'a Shares, usize)>,
-    sun: Option<SunLight<'a>>,
+    source: Source<'a>,
+    level: Level,
     sigma_t: [f32; 3],
     grey: bool,
+}
+
+/// The unoccluded light.
+enum Source<'a> {
+    Sun(SunLight<'a>),
+    Lamp(LampIntegralF32<'a>),
 }
 
 impl<'a> Resolve<'a> {
     /// For a frame whose slices have left their shares, one or three channels.
     pub fn new(frame: &'a Frame<'a>, shares: Option<(&'a Shares, usize)>) -> Self {
-        let sun = match frame.light() {
-            Light::Directional(sun) => Some(SunLight::new(frame, sun)),
-            Light::Point(_) | Light::Spot(_) => None,
+        let (medium, eye) = (frame.medium(), frame.camera().eye());
+        let source = match frame.light() {
+            Light::Directional(sun) => Source::Sun(SunLight::new(frame, sun)),
+            Light::Point(lamp) => Source::Lamp(LampIntegralF32::point(lamp, medium, eye)),
+            Light::Spot(spot) => Source::Lamp(LampIntegralF32::spot(spot, medium, eye)),
         };
-        let sigma_t = frame.medium().sigma_t().map(|sigma| sigma as f32);
-        Self { frame, shares, sun, sigma_t, grey: frame.medium().is_grey() }
+        let sigma_t = medium.sigma_t().map(|sigma| sigma as f32);
+        Self { frame, shares, source, level: simd_level(), sigma_t, grey: medium.is_grey() }
     }
 
     /// Fills image row `y`; returns how many of its pixels no slice had answered.
@@ -49,7 +59,7 @@ impl<'a> Resolve<'a> {
             for lane in 0..lanes {
                 ends[lane] = depth[x + lane].min(limit);
             }
-            let mut radiance = self.unoccluded(x as u32, y, lanes, &ends);
+            let mut radiance = self.unoccluded(x as u32, y, &ends);
             let mut left_out = 0u32;
             if let Some((slots, channels)) = self.shares {
                 let mut shares = [1.0f32; LANES];
@@ -94,21 +104,14 @@ impl<'a> Resolve<'a> {
 
     /// Radiance of sixteen pixels without any shadow.
     #[inline(always)]
-    fn unoccluded(&self, x: u32, y: u32, lanes: usize, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
-        if let Some(sun) = &self.sun {
-            return sun.radiance(x, y, ends);
-        }
-        let frame = self.frame;
-        let mut radiance = [[0.0; LANES]; 3];
-        for lane in 0..lanes {
-            let ray = frame.camera().pixel_ray(x + lane as u32, y);
-            let integral = LampIntegralF32::new(frame.light(), frame.medium(), frame.camera().eye(), &ray);
-            let value = integral.map_or(Vec3::ZERO, |integral| integral.interval(0.0, ends[lane]));
-            for channel in 0..3 {
-                radiance[channel][lane] = value[channel];
+    fn unoccluded(&self, x: u32, y: u32, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
+        match &self.source {
+            Source::Sun(sun) => sun.radiance(x, y, ends),
+            Source::Lamp(lamp) => {
+                let rays = RayLanes::of_pixels(self.frame.camera(), x, y);
+                lamp.intervals(self.level, &rays, &[0.0; LANES], ends)
             }
         }
-        radiance
     }
 }
 

@@ -35,6 +35,8 @@ const POINTS: usize = 10;
 const LONGEST_PANEL: f64 = 1.0;
 /// How far the exponent may fall in a panel: e⁻³ᵘ on [0, 1] is resolved to 1e-15 by 10 points.
 const PANEL_OPTICAL_DEPTH: f64 = 3.0;
+/// A ray that passes closer than this share of the eye's distance to the lamp is taken at it (MODEL.md).
+pub(crate) const CLOSEST_SHARE: f64 = 1e-6;
 /// Where the rest is dropped, as an optical depth behind the interval's start: e⁻⁴⁵ = 3e-20.
 const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 45.0;
 
@@ -73,8 +75,6 @@ impl LampRay {
     ///
     /// `radius` ≥ 0 is the lamp's. The lamp must not be at the eye (a frame refuses that).
     pub fn new(origin: DVec3, direction: DVec3, lamp: DVec3, radius: f64) -> Self {
-        /// A ray that passes closer than this share of the eye's distance is taken at it (MODEL.md).
-        const CLOSEST_SHARE: f64 = 1e-6;
         let to_lamp = lamp - origin;
         let closest = to_lamp.dot(direction);
         // The cross product keeps the digits that √(L² − t₀²) cancels.

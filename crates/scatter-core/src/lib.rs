@@ -18,10 +18,12 @@ mod scene_facts;
 
 mod lamp_interval;
 mod lamp_interval_f32;
+mod lamp_panels;
 mod ray_light;
 mod sun_interval;
 
 mod march;
+mod ray_lanes;
 mod simd;
 
 mod quality;
@@ -48,6 +50,7 @@ pub use march::walked_radiance;
 pub use medium::{Medium, Scattering};
 pub use phase::{INV_4PI, Phase};
 pub use quality::{Quality, Target};
+pub use ray_lanes::RayLanes;
 pub use ray_light::RayLight;
 pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
 pub use scatter_image::ScatterImage;
