@@ -7,7 +7,7 @@
 use glam::{DVec3, Vec3};
 use scatter_core::{
     Camera, DirectionalLight, Frame, LampIntegralF32, Level, Light, Medium, RayLanes, Window, exp_f32,
-    simd_level, walked_radiance,
+    walked_radiance,
 };
 
 use crate::shares::Shares;
@@ -34,7 +34,7 @@ enum Source<'a> {
 
 impl<'a> Resolve<'a> {
     /// For a frame whose slices have left their shares, one or three channels.
-    pub fn new(frame: &'a Frame<'a>, shares: Option<(&'a Shares, usize)>) -> Self {
+    pub fn new(frame: &'a Frame<'a>, shares: Option<(&'a Shares, usize)>, level: Level) -> Self {
         let (medium, eye) = (frame.medium(), frame.camera().eye());
         let source = match frame.light() {
             Light::Directional(sun) => Source::Sun(SunLight::new(frame, sun)),
@@ -42,7 +42,7 @@ impl<'a> Resolve<'a> {
             Light::Spot(spot) => Source::Lamp(LampIntegralF32::spot(spot, medium, eye)),
         };
         let sigma_t = medium.sigma_t().map(|sigma| sigma as f32);
-        Self { frame, shares, source, level: simd_level(), sigma_t, grey: medium.is_grey() }
+        Self { frame, shares, source, level, sigma_t, grey: medium.is_grey() }
     }
 
     /// Fills image row `y`; returns how many of its pixels no slice had answered.
@@ -59,7 +59,8 @@ impl<'a> Resolve<'a> {
             for lane in 0..lanes {
                 ends[lane] = depth[x + lane].min(limit);
             }
-            let mut radiance = self.unoccluded(x as u32, y, &ends);
+            let through = self.transmittances(&ends);
+            let mut radiance = self.unoccluded(x as u32, y, &ends, &through);
             let mut left_out = 0u32;
             if let Some((slots, channels)) = self.shares {
                 let mut shares = [1.0f32; LANES];
@@ -85,16 +86,6 @@ impl<'a> Resolve<'a> {
                 inscattered[x + lane as usize] = exact.as_vec3().to_array();
                 walked += 1;
             }
-            let mut through = [[1.0f32; LANES]; 3];
-            for (channel, &sigma) in self.sigma_t.iter().enumerate() {
-                if channel > 0 && self.grey {
-                    through[channel] = through[0];
-                    continue;
-                }
-                for lane in 0..LANES {
-                    through[channel][lane] = transmittance_of(sigma, ends[lane]);
-                }
-            }
             for lane in 0..lanes {
                 transmittance[x + lane] = std::array::from_fn(|channel| through[channel][lane]);
             }
@@ -102,11 +93,33 @@ impl<'a> Resolve<'a> {
         walked
     }
 
+    /// Transmittances of sixteen pixels whose rays end at `ends`.
+    #[inline(always)]
+    fn transmittances(&self, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
+        let mut through = [[1.0f32; LANES]; 3];
+        for (channel, &sigma) in self.sigma_t.iter().enumerate() {
+            if channel > 0 && self.grey {
+                through[channel] = through[0];
+                continue;
+            }
+            for lane in 0..LANES {
+                through[channel][lane] = transmittance_of(sigma, ends[lane]);
+            }
+        }
+        through
+    }
+
     /// Radiance of sixteen pixels without any shadow.
     #[inline(always)]
-    fn unoccluded(&self, x: u32, y: u32, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
+    fn unoccluded(
+        &self,
+        x: u32,
+        y: u32,
+        ends: &[f32; LANES],
+        through: &[[f32; LANES]; 3],
+    ) -> [[f32; LANES]; 3] {
         match &self.source {
-            Source::Sun(sun) => sun.radiance(x, y, ends),
+            Source::Sun(sun) => sun.radiance(x, y, ends, through),
             Source::Lamp(lamp) => {
                 let rays = RayLanes::of_pixels(self.frame.camera(), x, y);
                 lamp.intervals(self.level, &rays, &[0.0; LANES], ends)
@@ -161,15 +174,21 @@ impl<'a> SunLight<'a> {
         }
     }
 
-    /// Radiance of sixteen pixels from `(x, y)` on whose rays end at `ends`.
+    /// Radiance of sixteen pixels from `(x, y)` on whose rays end at `ends`, with those transmittances.
     #[inline(always)]
-    fn radiance(&self, x: u32, y: u32, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
+    fn radiance(
+        &self,
+        x: u32,
+        y: u32,
+        ends: &[f32; LANES],
+        through: &[[f32; LANES]; 3],
+    ) -> [[f32; LANES]; 3] {
         let mut radiance = self.source(x, y);
         let mut lengths = [0.0f32; LANES];
         for (channel, values) in radiance.iter_mut().enumerate() {
             if channel == 0 || !self.grey {
                 for lane in 0..LANES {
-                    lengths[lane] = lit_length(self.sigma_t[channel], ends[lane]);
+                    lengths[lane] = lit_length(self.sigma_t[channel], ends[lane], through[channel][lane]);
                 }
             }
             for lane in 0..LANES {
@@ -219,16 +238,16 @@ impl<'a> SunLight<'a> {
     }
 }
 
-/// `∫₀ᵈ e^{−σt} dt`. Relative error ≤ 1e-6 (test). d may be ∞ where σ > 0.
+/// `∫₀ᵈ e^{−σt} dt`, of which `through` = `e^{−σd}` is known. Relative error ≤ 1e-6 (test). d may be ∞ where σ > 0.
 #[inline(always)]
-fn lit_length(sigma: f32, end: f32) -> f32 {
+fn lit_length(sigma: f32, end: f32, through: f32) -> f32 {
     let x = sigma * end;
     // φ(x) = (1 − e^{−x})/x by its series below ½: the first term left out is x⁸/9! < 1.1e-8.
     let mut series = -1.0f32 / 40320.0;
     for coefficient in [1.0 / 5040.0, -1.0 / 720.0, 1.0 / 120.0, -1.0 / 24.0, 1.0 / 6.0, -0.5, 1.0] {
         series = series * x + coefficient;
     }
-    let long = (1.0 - exp_f32(-x)) / sigma;
+    let long = (1.0 - through) / sigma;
     // σ = 0 and d = ∞ scatters nothing, and must not become NaN.
     let short = end.min(f32::MAX) * series;
     if x >= 0.5 {

@@ -91,6 +91,7 @@ impl Worker {
         self.asks.clear(most_asks, channels);
         for list in self.gaps.iter_mut().chain(self.levels.iter_mut().flatten()) {
             list.clear(most_asks / 2, channels);
+            list.list_none(columns, COLUMN_STRIDE as usize, channels);
         }
         self.lines.iter_mut().for_each(|line| line.reserve(columns));
         self.buffers.counts = Default::default();

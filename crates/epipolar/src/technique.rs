@@ -231,7 +231,7 @@ impl VolumetricShadow for Epipolar {
         clock.lap(&mut stats, "slices");
 
         let (inscattered, transmittance) = out.overwritten(frame.size());
-        let resolve = Resolve::new(frame, shadowed.then_some((&self.shares, channels)));
+        let resolve = Resolve::new(frame, shadowed.then_some((&self.shares, channels)), self.level);
         let walked = AtomicU64::new(0);
         let level = self.level;
         for_each_row(inscattered, transmittance, width as usize, |y, inscattered, transmittance| {
