@@ -3,6 +3,8 @@
 //! All stages of a slice run one after the other on the same few kilobytes, so that rectified rows never leave the
 //! innermost caches; only shares come out.
 
+use std::ops::Range;
+
 use scatter_core::{Camera, Frame, Level, Light, MapProjection, ShadowLayer, ShadowMap};
 
 use crate::asks::{Asks, OpenAsks};
@@ -15,7 +17,7 @@ use crate::row::{Cells, Row, Seen};
 use crate::shares::EMPTY;
 use crate::slice_plane::SlicePlane;
 use crate::slices::{Major, Slice};
-use crate::tables::{Table, Views};
+use crate::tables::{Table, Views, share_of};
 use crate::tint::TintedRow;
 
 /// Length of a view ray that never ends: far enough for any lamp, and its products stay within f32.
@@ -105,10 +107,11 @@ impl SliceBuffers {
         }
         grow(&mut self.prefix, (runs + 1) * terms);
         grow(&mut self.view_terms, columns * terms);
-        let AtOnce { ranks, ends, sums } = &mut self.at_once;
+        let AtOnce { ranks, ends, sums, wholes } = &mut self.at_once;
         if ranks.len() < asks {
             ranks.resize(asks, 0);
         }
+        grow(wholes, asks);
         grow(ends, asks * terms);
         grow(sums, asks * terms);
         grow(&mut self.lamp_prefix, integrand.buffer_len());
@@ -130,6 +133,7 @@ impl SliceBuffers {
             &self.prefix,
             &self.at_once.ends,
             &self.at_once.sums,
+            &self.at_once.wholes,
         ];
         self.row.memory_bytes()
             + self.tinted.memory_bytes()
@@ -204,8 +208,8 @@ impl<'a> Answerer<'a> {
         buffers.counts.slices += 1;
         buffers.counts.queries += asks.len() as u64;
         buffers.counts.runs += starts.len() as u64 - 1;
-        for channel in 0..self.channels {
-            self.sum_channel(channel, order, asks, buffers);
+        for factors in 0..self.integrand.channels() {
+            self.sum_bands(factors, order, asks, buffers);
         }
         if self.ring > 0.0 {
             for channel in 0..self.channels {
@@ -319,10 +323,11 @@ impl<'a> Answerer<'a> {
         }
     }
 
-    /// Sums one channel, band by band: columns of one band follow each other.
+    /// Sums what has the same factors, band by band: columns of one band follow each other.
     #[inline(always)]
-    fn sum_channel(&self, channel: usize, order: ColumnOrder, asks: &mut Asks, buffers: &mut SliceBuffers) {
-        let factors = channel.min(self.integrand.channels() - 1);
+    fn sum_bands(&self, factors: usize, order: ColumnOrder, asks: &mut Asks, buffers: &mut SliceBuffers) {
+        // Colours of glass share the factors of grey media.
+        let channels = if self.integrand.channels() == 1 { 0..self.channels } else { factors..factors + 1 };
         let mut first = 0;
         while first < asks.len() {
             let column = asks.columns()[first] as usize;
@@ -335,69 +340,80 @@ impl<'a> Answerer<'a> {
             let last = first + asks.columns()[first..].partition_point(|&column| (column as usize) < end);
             let mut prefix = std::mem::take(&mut buffers.lamp_prefix);
             let (tables, lanes) = self.integrand.tables(factors, band, &buffers.cone, &mut prefix);
+            let (asked, channels) = (first..last, channels.clone());
             match lanes {
-                1 => self.sum_band::<1>(&tables, first..last, channel, order, asks, buffers),
-                2 => self.sum_band::<2>(&tables, first..last, channel, order, asks, buffers),
-                4 => self.sum_band::<4>(&tables, first..last, channel, order, asks, buffers),
-                _ => self.sum_band::<8>(&tables, first..last, channel, order, asks, buffers),
+                1 => self.sum_band::<1>(&tables, asked, channels, order, asks, buffers),
+                2 => self.sum_band::<2>(&tables, asked, channels, order, asks, buffers),
+                4 => self.sum_band::<4>(&tables, asked, channels, order, asks, buffers),
+                _ => self.sum_band::<8>(&tables, asked, channels, order, asks, buffers),
             }
             buffers.lamp_prefix = prefix;
             first = last;
         }
     }
 
-    /// Sums the asks `range`, whose columns are of one band.
+    /// Sums the asks `range`, whose columns are of one band, for some channels.
     #[inline(always)]
     fn sum_band<const N: usize>(
         &self,
         tables: &BandTables<'_>,
-        range: std::ops::Range<usize>,
-        channel: usize,
+        range: Range<usize>,
+        channels: Range<usize>,
         order: ColumnOrder,
         asks: &mut Asks,
         buffers: &mut SliceBuffers,
     ) {
-        let table = Table::<N>::new(tables.prefix, 0.0, tables.per_gamma);
-        let asks = asks.open(range, channel);
-        let runs = asks.runs.iter().fold(0, |a, &b| a.max(b)) as usize + 1;
-        let (starts, lit, tint) = if self.frame.texture().is_some() {
-            let tinted = &buffers.tinted;
-            (tinted.starts(), tinted.lit(), Some(tinted.tint(channel)))
-        } else {
-            (buffers.row.starts(), buffers.row.lit(), None)
+        let glass = self.frame.texture().map(|_| &buffers.tinted);
+        let (starts, lit) = match glass {
+            Some(tinted) => (tinted.starts(), tinted.lit()),
+            None => (buffers.row.starts(), buffers.row.lit()),
         };
+        let OpenAsks { columns, gammas, runs: ask_runs, shares } = asks.open(range);
+        let count = columns.len();
+        let runs = ask_runs.iter().fold(0, |a, &b| a.max(b)) as usize + 1;
+        // ∫Γ up to the starts of runs, and up to the ends of the pixels' rays.
+        let table = Table::<N>::new(tables.prefix, 0.0, tables.per_gamma);
         let prefix = &mut buffers.prefix.as_chunks_mut::<N>().0[..=runs];
         table.read(&starts[..=runs], prefix);
-        let columns = [asks.columns[0], asks.columns[asks.columns.len() - 1]];
-        let [a, b] = columns.map(|column| order.rank(order.columns[0] + column));
-        let runs = Runs {
-            lit: &lit[..runs],
-            prefix,
-            tint: tint.map(|tint| &tint[..runs]),
-            columns: [a.min(b), a.max(b) + 1],
-        };
-        let views = &mut buffers.view_terms.as_chunks_mut::<N>().0[..=(columns[1] - columns[0]) as usize];
-        let weights = Table::<N>::new(tables.weights, tables.first_view as f32, tables.per_view);
-        weights.read(&buffers.views[columns[0] as usize..][..views.len()], views);
-        // Glass may brighten.
-        let brightest = if tint.is_some() { f32::MAX } else { 1.0 };
-        let views = Views { terms: views, first: columns[0], brightest };
-        let integrator =
-            self.integrator.unwrap_or_else(|| Integrator::fastest_for(asks.runs.len(), runs.lit.len()));
-        let OpenAsks { columns, gammas, runs: ask_runs, shares } = asks;
-        let AtOnce { ranks, ends, sums } = &mut buffers.at_once;
-        let count = columns.len();
+        let AtOnce { ranks, ends, sums, wholes } = &mut buffers.at_once;
         let (ends, sums) =
             (&mut ends.as_chunks_mut::<N>().0[..count], &mut sums.as_chunks_mut::<N>().0[..count]);
         table.read(gammas, ends);
+        // B of the columns.
+        let [from, to] = [columns[0], columns[count - 1]];
+        let views = &mut buffers.view_terms.as_chunks_mut::<N>().0[..=(to - from) as usize];
+        let weights = Table::<N>::new(tables.weights, tables.first_view as f32, tables.per_view);
+        weights.read(&buffers.views[from as usize..][..views.len()], views);
+        let views = Views { terms: views, first: from };
+        let wholes = &mut wholes[..count];
+        sums.copy_from_slice(ends);
+        views.weigh(columns, sums, wholes);
+
         let ranks = &mut ranks[..count];
         for (rank, &column) in ranks.iter_mut().zip(columns) {
             *rank = order.rank(order.columns[0] + column);
         }
-        let problem =
-            Problem { runs, queries: Queries { ranks, runs: ask_runs }, ends, ascending: order.ascending };
-        integrate(integrator, &problem, &mut buffers.integrator, sums);
-        views.shares(columns, sums, ends, shares);
+        let [a, b] = [ranks[0], ranks[count - 1]];
+        let integrator = self.integrator.unwrap_or_else(|| Integrator::fastest_for(count, runs));
+        for channel in channels {
+            let problem = Problem {
+                runs: Runs {
+                    lit: &lit[..runs],
+                    prefix,
+                    tint: glass.map(|tinted| &tinted.tint(channel)[..runs]),
+                    columns: [a.min(b), a.max(b) + 1],
+                },
+                queries: Queries { ranks, runs: ask_runs },
+                ends,
+                ascending: order.ascending,
+            };
+            integrate(integrator, &problem, &mut buffers.integrator, sums);
+            let shares = &mut shares[channel][..count];
+            views.weigh(columns, sums, shares);
+            // Glass may brighten.
+            let brightest = if glass.is_some() { f32::MAX } else { 1.0 };
+            share_of(wholes, brightest, shares);
+        }
     }
 }
 
@@ -407,4 +423,5 @@ struct AtOnce {
     ranks: Vec<u32>,
     ends: Vec<f32>,
     sums: Vec<f32>,
+    wholes: Vec<f32>,
 }

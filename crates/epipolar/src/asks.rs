@@ -137,13 +137,13 @@ impl Asks {
         (&self.gammas[..self.count], &mut self.runs[..self.count])
     }
 
-    /// Columns, light rays and runs of some, and room for their shares in a channel.
-    pub fn open(&mut self, range: std::ops::Range<usize>, channel: usize) -> OpenAsks<'_> {
+    /// Columns, light rays and runs of some, and room for their shares in the channels that are asked for.
+    pub fn open(&mut self, range: std::ops::Range<usize>) -> OpenAsks<'_> {
         OpenAsks {
             columns: &self.columns[range.clone()],
             gammas: &self.gammas[range.clone()],
             runs: &self.runs[range.clone()],
-            shares: &mut self.shares[channel][range],
+            shares: self.shares.each_mut().map(|shares| shares.get_mut(range.clone()).unwrap_or_default()),
         }
     }
 
@@ -172,6 +172,6 @@ pub struct OpenAsks<'a> {
     pub gammas: &'a [f32],
     /// The run that holds that light ray.
     pub runs: &'a [u32],
-    /// What it is told.
-    pub shares: &'a mut [f32],
+    /// What it is told, per channel.
+    pub shares: [&'a mut [f32]; 3],
 }

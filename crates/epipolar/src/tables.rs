@@ -8,28 +8,31 @@ pub struct Views<'a, const N: usize> {
     pub terms: &'a [Terms<N>],
     /// The first column.
     pub first: u32,
-    /// Largest share.
-    pub brightest: f32,
 }
 
 impl<const N: usize> Views<'_, N> {
-    /// The shares that lit sums have of whole ones, a column each. Spends both on it.
+    /// `Σ Γ·B`: sums weighed by the factors of a column each. Spends the sums on it.
     #[inline(always)]
-    pub fn shares(&self, columns: &[u32], lit: &mut [Terms<N>], whole: &mut [Terms<N>], shares: &mut [f32]) {
-        for (&column, (lit, whole)) in columns.iter().zip(lit.iter_mut().zip(&mut *whole)) {
+    pub fn weigh(&self, columns: &[u32], sums: &mut [Terms<N>], weighed: &mut [f32]) {
+        for (&column, sum) in columns.iter().zip(&mut *sums) {
             let view = &self.terms[(column - self.first) as usize];
-            *lit = std::array::from_fn(|term| lit[term] * view[term]);
-            *whole = std::array::from_fn(|term| whole[term] * view[term]);
+            *sum = std::array::from_fn(|term| sum[term] * view[term]);
         }
-        for (share, (lit, whole)) in shares.iter_mut().zip(lit.iter().zip(&*whole)) {
-            let sum = |terms: &Terms<N>| terms.iter().fold(0.0, |sum, term| sum + term);
-            let (lit, whole) = (sum(lit), sum(whole));
-            // A ray without length has no shadow, and its radiance is 0 anyway.
-            let own = lit / whole;
-            let own = if own > 0.0 { own } else { 0.0 };
-            let own = if own < self.brightest { own } else { self.brightest };
-            *share = if whole > 0.0 { own } else { 1.0 };
+        for (weighed, sum) in weighed.iter_mut().zip(sums) {
+            *weighed = sum.iter().fold(0.0, |sum, term| sum + term);
         }
+    }
+}
+
+/// Turns lit sums into the shares that they have of whole ones.
+#[inline(always)]
+pub fn share_of(wholes: &[f32], brightest: f32, sums: &mut [f32]) {
+    for (share, &whole) in sums.iter_mut().zip(wholes) {
+        let own = *share / whole;
+        let own = if own > 0.0 { own } else { 0.0 };
+        let own = if own < brightest { own } else { brightest };
+        // A ray without length has no shadow, and its radiance is 0 anyway.
+        *share = if whole > 0.0 { own } else { 1.0 };
     }
 }
 
