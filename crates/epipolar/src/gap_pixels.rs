@@ -6,8 +6,8 @@
 //! all pixels after another, without a branch.
 
 use crate::borders::Borders;
+use crate::refinement::Refinement;
 use crate::shares::{EMPTY, Shares};
-use crate::slice_pass::Refinement;
 use crate::slices::{Major, Slice};
 
 /// Pixels that are written side by side; what is too many is overwritten by the next column.
@@ -133,9 +133,24 @@ impl GapPixels {
 
     /// Lists the pixels between two slices.
     #[inline(always)]
-    pub fn list(&mut self, grid: Grid, [own, next]: [&Borders; 2], offsets: Offsets, channels: usize) {
+    pub fn list(&mut self, grid: Grid, lines: [&Borders; 2], offsets: Offsets, channels: usize) {
+        let [own, next] = lines;
         let most: i32 = own.pixels.iter().zip(&next.pixels).map(|(&from, &to)| (to - from).max(0)).sum();
         self.clear(most as usize, channels);
+        self.number(lines, offsets);
+        self.flags[..self.count].fill(0);
+        self.find_parts(lines);
+        let [column_stride, stride] = grid.strides;
+        let pixels = self.columns[..self.count].iter_mut().zip(&mut self.places).zip(&self.rows);
+        for ((column, place), &row) in pixels {
+            *column += grid.first_column;
+            *place = *column * column_stride + row as u32 * stride;
+        }
+    }
+
+    /// Numbers the pixels between two slices: columns from the fan's first on, and rows.
+    #[inline(always)]
+    fn number(&mut self, [own, next]: [&Borders; 2], offsets: Offsets) {
         let Offsets { start, end, stride, all } = offsets;
         // Whoever looks for the column behind the last one finds one.
         self.before_columns.resize(all + stride + 1, 0);
@@ -160,24 +175,23 @@ impl GapPixels {
         }
         self.before_columns[end..].fill(count as u32);
         self.count = count;
-        self.flags[..count].fill(0);
-        // Where each lies: first all look-ups, then all quotients.
-        let (gaps, lines) = (&mut self.answers[0][0][..count], &mut self.parts[..count]);
-        for ((gap, line), &offset) in gaps.iter_mut().zip(&mut *lines).zip(&self.columns) {
+    }
+
+    /// Finds where in their gap pixels lie that have just been numbered.
+    #[inline(always)]
+    fn find_parts(&mut self, [own, next]: [&Borders; 2]) {
+        let count = self.count;
+        // First all look-ups, then all quotients. Answers are still to come, so there is room for a number a pixel.
+        let (nexts, parts) = (&mut self.answers[0][0][..count], &mut self.parts[..count]);
+        for ((next_line, line), &offset) in nexts.iter_mut().zip(&mut *parts).zip(&self.columns) {
             *line = own.minors[offset as usize];
-            *gap = next.minors[offset as usize];
+            *next_line = next.minors[offset as usize];
         }
-        for ((&next, part), &row) in gaps.iter().zip(lines).zip(&self.rows) {
-            let (line, gap) = (*part, next - *part);
+        for ((&next_line, part), &row) in nexts.iter().zip(parts).zip(&self.rows) {
+            let (line, gap) = (*part, next_line - *part);
             let own = (row as f32 - line) / gap;
             // Pixels of a gap without width are as far from both.
             *part = if gap > 0.0 { own.clamp(0.0, 1.0) } else { 0.5 };
-        }
-        let [column_stride, stride] = grid.strides;
-        let pixels = self.columns[..count].iter_mut().zip(&mut self.places).zip(&self.rows);
-        for ((column, place), &row) in pixels {
-            *column += grid.first_column;
-            *place = *column * column_stride + row as u32 * stride;
         }
     }
 

@@ -37,34 +37,36 @@
 //!
 //! | what | `arcade` | Sibenik's rose | `grove` |
 //! | --- | --- | --- | --- |
-//! | the default | 153, 0.92 | 171, 1.42 | 281, 3.14 |
-//! | `integrator=blocks` | 156 | 175 | 266 |
-//! | `integrator=sweep` | 161 | 182 | 264 |
-//! | `integrator=tree`, the paper's | 173 | 191 | 291 |
-//! | `integrator=cursor` | 171 | 190 | 282 |
-//! | `factorisation=svd`, rank 4, the paper's | 156, 0.92 | 172, 1.42 | 265, 3.14 |
-//! | Chebyshev, rank 4 | 160, 0.92 | 175, 1.42 | 258, 3.14 |
-//! | `cells=uniform`, no prefilter | 164, 1.81 | 207, 2.89 | 250, 6.54 |
-//! | `cells=modes`, four taps, the paper's | 256, 1.11 | 345, 1.83 | 407, 3.20 |
-//! | `cells=box` | 305, 0.99 | 387, 2.18 | 478, 3.19 |
-//! | exact, `split=0` | 164, 0.91 | 179, 1.13 | 275, 3.14 |
-//! | exact, `split=1` | 142, 1.00 | 173, 1.76 | 237, 3.15 |
-//! | `resampling=rectified`, the paper's | 140, 1.02 (RMSE 7.2 %) | 163, 1.55 (4.9 %) | 232, 8.15 (5.7 %) |
-//! | `around=ring`, the paper's (resolve included) | 176 | 239 | 273 |
+//! | the default | 104, 0.92 | 111, 1.42 | 169, 3.14 |
+//! | `integrator=blocks` | 109 | 114 | 177 |
+//! | `integrator=sweep` | 107 | 109 | 169 |
+//! | `integrator=tree`, the paper's | 114 | 121 | 197 |
+//! | `integrator=cursor` | 112 | 117 | 185 |
+//! | `factorisation=svd`, rank 4, the paper's | 105, 0.92 | 111, 1.42 | 170, 3.14 |
+//! | Chebyshev, rank 4 | 102, 0.92 | 110, 1.42 | 174, 3.14 |
+//! | `cells=uniform`, no prefilter | 139, 1.81 | 164, 2.89 | 207, 6.54 |
+//! | `cells=modes`, four taps, the paper's | 234, 1.11 | 294, 1.83 | 370, 3.20 |
+//! | `cells=box` | 271, 0.99 | 333, 2.18 | 416, 3.19 |
+//! | exact, `split=0` | 111, 0.91 | 114, 1.13 | 181, 3.14 |
+//! | exact, `split=1` | 96, 1.00 | 108, 1.76 | 146, 3.15 |
+//! | `resampling=rectified`, the paper's | 102, 1.02 (RMSE 7.2 %) | 112, 1.55 (4.9 %) | 166, 8.15 (5.7 %) |
+//! | `around=ring`, the paper's (resolve included) | 116 | 128 | 179 |
 //!
-//! The default with resolve is 173, 189 and 302. A ring costs more than bands where it is on screen (the rose), even though
-//! its 2,179 pixels are walked fast. The four integrators differ by a tenth, since a row is read in the time that it takes
-//! to sum it; blocks gain where slices are far apart (Sponza's gallery, 4 px: blocks 82 ms, sweep 91, tree 94, cursor 97),
-//! the sweep where they are close, and the default chooses by slice. What Baran et al. report of prefiltering (ten times the
-//! samples without it) is here a factor of two in the error at one and the same spacing.
+//! The default with all other stages is 120, 128 and 186. A ring costs more than bands where it is on screen (the rose),
+//! even though its 2,179 pixels are walked fast. The four integrators differ by a tenth or two, since a row is read in the
+//! time that it takes to sum it; blocks gain a little where slices are far apart (Sponza's gallery, 4 px: blocks 53.5 ms,
+//! sweep 54.2, tree 55.1, cursor 54.6), the sweep where they are close, and the default chooses by slice. What Baran et al.
+//! report of prefiltering (ten times the samples without it) is here a factor of two in the error at one and the same
+//! spacing. Cells that are sampled are slower than exact ones, which are vectors and step over uniform tiles.
 //!
 //! # Where the time goes
 //!
-//! `arcade` at film, by a sampling profiler: sums and shares 48 %, rectifying rows 22 %, handing pixels out 15 %, resolve
-//! 7 %, the map's extrema 5 %. Reading the whole map once takes 6 ms (64 MB, 11 GB/s), so that a frame is 20 to 25 times
-//! that. The statistics have the stages `extrema`, `probe`, `slices` (rows and sums run slice by slice, so that rows stay in
-//! the innermost cache) and `resolve`. Summing bounds it where slices are coarse, rectifying where they are fine: of `grove`
-//! 30 %, of Sibenik's rose 38 %, half of it waiting for texels.
+//! `arcade`, slices 4 px apart, by a sampling profiler: sums and shares 45 %, rectifying rows 17 %, resolve 13 %, listing
+//! pixels and handing answers out 15 %, the map's extrema 8 %. Reading the whole map once takes 6 ms (64 MB, 11 GB/s), so
+//! that a frame is 12 to 16 times that. The statistics have the stages `extrema`, `probe`, `slices` (rows and sums run slice
+//! by slice, so that rows stay in the innermost cache) and `resolve`. Summing bounds it where slices are coarse: 13 ns a
+//! query, of which there are two a pixel. Rectifying weighs more where they are fine: nearly two fifths of Sibenik's rose and
+//! of `grove`, a quarter of it and more waiting for texels.
 //!
 //! # What it cannot do
 //!
@@ -91,6 +93,7 @@ mod integrate;
 
 mod borders;
 mod gap_pixels;
+mod refinement;
 
 mod asks;
 mod tables;
@@ -116,8 +119,9 @@ pub use integrate::{
 pub use map_line::{ColumnOrder, Gamma, MapLine, direction_of_turn, turn};
 pub use options::{Around, ID, Options};
 pub use probe::Aim;
+pub use refinement::{MOST_HALVINGS, Refinement};
 pub use row::{Cells, Row, Seen};
-pub use slice_pass::{MOST_HALVINGS, Refinement, Resampling};
+pub use slice_pass::Resampling;
 pub use slice_plane::{STEEPEST, SlicePlane};
 pub use slices::{Fan, Major, Slice, SliceSet};
 pub use technique::Epipolar;

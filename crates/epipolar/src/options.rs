@@ -5,8 +5,9 @@ use scatter_core::{OptionError, Quality};
 use crate::factor::Factorisation;
 use crate::integrate::Integrator;
 use crate::probe::Aim;
+use crate::refinement::{MOST_HALVINGS, Refinement};
 use crate::row::Cells;
-use crate::slice_pass::{MOST_HALVINGS, Refinement, Resampling};
+use crate::slice_pass::Resampling;
 
 /// The technique's id.
 pub const ID: &str = "epipolar";

@@ -15,11 +15,9 @@ use crate::fan_pixels::FanPixels;
 use crate::gap_pixels::{GapPixels, Grid, Offsets};
 use crate::integrand::Integrand;
 use crate::probe::{Aim, COLUMN_STRIDE, Probe};
+use crate::refinement::{MOST_HALVINGS, Refinement};
 use crate::shares::Shares;
 use crate::slices::{Fan, Major, Slice};
-
-/// Most times that a gap is halved. Every one doubles the slices in the worst case.
-pub const MOST_HALVINGS: u32 = 6;
 
 /// What the slices of a frame share.
 pub struct SlicePass<'a> {
@@ -43,20 +41,6 @@ pub enum Resampling {
     /// The paper's: a slice is integrated for one view ray a column, with the depth of the pixel nearest to it, and
     /// pixels interpolate between the results.
     Rectified,
-}
-
-/// When a gap gets a slice of its own.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Refinement {
-    /// Largest difference of two neighbouring slices' answers that is interpolated over, relative to the pixel's
-    /// radiance.
-    pub tolerance: f32,
-    /// Share of the unoccluded radiance below which differences are measured against it.
-    pub floor: f32,
-    /// How often a gap may be halved.
-    pub halvings: u32,
-    /// Whether pixels that are still in doubt then are walked through the map, ray by ray.
-    pub walks_rest: bool,
 }
 
 /// Buffers of one worker, kept from frame to frame.

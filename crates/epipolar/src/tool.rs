@@ -8,8 +8,9 @@ use scatter_core::{OptionError, OptionInfo, SceneFacts, Target, Technique, Techn
 use crate::factor::Factorisation;
 use crate::integrate::Integrator;
 use crate::options::{Around, ID, Options};
+use crate::refinement::MOST_HALVINGS;
 use crate::row::Cells;
-use crate::slice_pass::{MOST_HALVINGS, Resampling};
+use crate::slice_pass::Resampling;
 use crate::technique::Epipolar;
 
 impl Options {
@@ -245,7 +246,7 @@ impl Technique for EpipolarTechnique {
             (1.0, 0.02, 2, 0.0),
             (0.7, 0.02, 3, 0.25),
             (0.5, 0.03, 2, 0.25),
-            (0.35, 0.02, 2, 0.25),
+            (0.3, 0.02, 2, 0.25),
             (0.5, 0.01, 4, 0.25),
             (0.25, 0.003, 6, 0.0),
         ];
