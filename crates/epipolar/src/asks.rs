@@ -1,7 +1,7 @@
 //! The pixels that ask one slice, in the order of their columns, and what they are told.
 
 use crate::borders::Borders;
-use crate::gap_pixels::{AHEAD, GapPixels, Offsets};
+use crate::gap_pixels::{GapPixels, Offsets};
 
 /// What pixels ask one slice, in the order of their columns, and what they are told.
 #[derive(Debug, Default)]
@@ -14,7 +14,7 @@ pub struct Asks {
     /// The light ray in which it ends.
     gammas: Vec<f32>,
     /// The run that holds that light ray.
-    pub runs: Vec<u32>,
+    runs: Vec<u32>,
     /// Share of the unoccluded light that the slice finds, per channel.
     shares: [Vec<f32>; 3],
 }
@@ -23,16 +23,15 @@ impl Asks {
     /// Forgets all; room for `count` of them in some channels.
     pub fn clear(&mut self, count: usize, channels: usize) {
         self.count = 0;
-        let room = count + AHEAD;
-        if self.columns.len() < room {
-            self.columns.resize(room, 0);
-            self.runs.resize(room, 0);
-            self.ends.resize(room, 0.0);
-            self.gammas.resize(room, 0.0);
+        if self.columns.len() < count {
+            self.columns.resize(count, 0);
+            self.runs.resize(count, 0);
+            self.ends.resize(count, 0.0);
+            self.gammas.resize(count, 0.0);
         }
         for shares in &mut self.shares[..channels] {
-            if shares.len() < room {
-                shares.resize(room, 0.0);
+            if shares.len() < count {
+                shares.resize(count, 0.0);
             }
         }
     }

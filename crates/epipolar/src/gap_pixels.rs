@@ -11,7 +11,7 @@ use crate::shares::{EMPTY, Shares};
 use crate::slices::{Major, Slice};
 
 /// Pixels that are written side by side; what is too many is overwritten by the next column.
-pub const AHEAD: usize = 8;
+const AHEAD: usize = 8;
 
 /// Pixels of a gap, column by column.
 #[derive(Debug, Default)]

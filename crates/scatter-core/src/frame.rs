@@ -7,8 +7,8 @@ use crate::depth_map::DepthMap;
 use crate::error::ModelError;
 use crate::light::{Light, LightTexture};
 use crate::medium::Medium;
+use crate::render_error::RenderError;
 use crate::shadow_map::ShadowMap;
-use crate::technique::RenderError;
 
 /// Camera, depth, light with its shadows, medium: all that a technique reads.
 #[derive(Clone, Copy)]

@@ -33,6 +33,7 @@ mod render_stats;
 mod scatter_image;
 
 mod error;
+mod render_error;
 
 #[cfg(test)]
 mod engine_matrices;
@@ -52,13 +53,12 @@ pub use phase::{INV_4PI, Phase};
 pub use quality::{Quality, Target};
 pub use ray_lanes::RayLanes;
 pub use ray_light::RayLight;
+pub use render_error::{RenderError, Unsupported};
 pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
 pub use scatter_image::ScatterImage;
 pub use scene_facts::{LightKind, SceneFacts};
 pub use shadow_map::{CubeShadow, MapProjection, MapRay, ShadowLayer, ShadowMap, cube_face_of};
 pub use simd::{Level, simd_level};
 pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
-pub use technique::{
-    OptionError, OptionInfo, RenderError, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
-};
+pub use technique::{OptionError, OptionInfo, Technique, TechniqueInfo, VolumetricShadow};
 pub use texel_walk::{TexelSpan, TexelWalk};

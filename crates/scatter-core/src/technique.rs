@@ -2,6 +2,7 @@
 
 use crate::frame::Frame;
 use crate::quality::Target;
+use crate::render_error::{RenderError, Unsupported};
 use crate::render_stats::RenderStats;
 use crate::scatter_image::ScatterImage;
 use crate::scene_facts::SceneFacts;
@@ -19,26 +20,6 @@ pub trait VolumetricShadow: Send {
 
     /// Fills `out` with the in-scattered radiance and the transmittance of every pixel, whatever `out` held before.
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError>;
-}
-
-/// The assumption of a technique that a frame breaks.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unsupported: {reason}")]
-pub struct Unsupported {
-    /// What the frame has and the technique cannot do, in words.
-    pub reason: &'static str,
-}
-
-/// Why a render failed. `out` holds nothing of use then.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum RenderError {
-    /// The frame breaks an assumption; [`VolumetricShadow::supports`] says so beforehand.
-    #[error(transparent)]
-    Unsupported(#[from] Unsupported),
-    /// A map that was asked for could not be made.
-    #[error("shadow map source: {0}")]
-    Source(String),
 }
 
 /// A technique as tools see it: described, configured, swept.
