@@ -32,12 +32,12 @@
 //! # What was measured, and why the defaults are what they are
 //!
 //! 1280×960, 4096² maps, one thread (AMD EPYC, AVX-512), even slices one pixel apart
-//! (`cargo xtask render --method epipolar --quality film --set spacing=1 --set halvings=0 … --threads 1 --compare
-//! shadow-map`): milliseconds of all slices, and p99 of the error in percent. Medians of three, good to about 5 %.
+//! (`cargo xtask render --method epipolar --quality film --set spacing=1 --set halvings=0 --set split=0.25 … --threads 1
+//! --compare shadow-map`): milliseconds of all slices, and p99 of the error in percent. Medians of three, good to about 5 %.
 //!
 //! | what | `arcade` | Sibenik's rose | `grove` |
 //! | --- | --- | --- | --- |
-//! | the default | 104, 0.92 | 111, 1.42 | 169, 3.14 |
+//! | nothing else | 104, 0.92 | 111, 1.42 | 169, 3.14 |
 //! | `integrator=blocks` | 109 | 114 | 177 |
 //! | `integrator=sweep` | 107 | 109 | 169 |
 //! | `integrator=tree`, the paper's | 114 | 121 | 197 |
@@ -47,12 +47,12 @@
 //! | `cells=uniform`, no prefilter | 139, 1.81 | 164, 2.89 | 207, 6.54 |
 //! | `cells=modes`, four taps, the paper's | 234, 1.11 | 294, 1.83 | 370, 3.20 |
 //! | `cells=box` | 271, 0.99 | 333, 2.18 | 416, 3.19 |
-//! | exact, `split=0` | 111, 0.91 | 114, 1.13 | 181, 3.14 |
-//! | exact, `split=1` | 96, 1.00 | 108, 1.76 | 146, 3.15 |
+//! | `split=0`, exact: film's default | 111, 0.91 | 114, 1.13 | 181, 3.14 |
+//! | `split=1` | 96, 1.00 | 108, 1.76 | 146, 3.15 |
 //! | `resampling=rectified`, the paper's | 102, 1.02 (RMSE 7.2 %) | 112, 1.55 (4.9 %) | 166, 8.15 (5.7 %) |
 //! | `around=ring`, the paper's (resolve included) | 116 | 128 | 179 |
 //!
-//! The default with all other stages is 120, 128 and 186. A ring costs more than bands where it is on screen (the rose),
+//! The first row with all other stages is 120, 128 and 186. A ring costs more than bands where it is on screen (the rose),
 //! even though its 2,179 pixels are walked fast. The four integrators differ by a tenth or two, since a row is read in the
 //! time that it takes to sum it; blocks gain a little where slices are far apart (Sponza's gallery, 4 px: blocks 53.5 ms,
 //! sweep 54.2, tree 55.1, cursor 54.6), the sweep where they are close, and the default chooses by slice. What Baran et al.

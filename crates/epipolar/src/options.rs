@@ -76,7 +76,7 @@ impl Options {
         let (spacing, finest, tolerance, halvings, split, factor_error) = match level {
             Quality::Preview => (4.0, 2.0, 0.2, 2, 1.0, 2e-2),
             Quality::Game => (4.0, 0.25, 0.03, 3, 0.5, 6e-3),
-            Quality::Film => (4.0, 0.125, 0.009, 3, 0.25, 2e-3),
+            Quality::Film => (4.0, 0.125, 0.009, 3, 0.0, 2e-3),
         };
         // What the sample predicts is met by most scenes; half of it leaves room for the others.
         // The RMS is made by shadows' edges: in dark halls, relative to a mean of few lit pixels, they are most of it.
