@@ -73,7 +73,7 @@ pub struct SliceBuffers {
     cone: Vec<f32>,
     lamp_prefix: Vec<f32>,
     prefix: Vec<f32>,
-    at_once: AtOnce,
+    band: BandBuffers,
     integrator: IntegratorScratch,
     pub counts: Counts,
 }
@@ -107,7 +107,7 @@ impl SliceBuffers {
         }
         grow(&mut self.prefix, (runs + 1) * terms);
         grow(&mut self.view_terms, columns * terms);
-        let AtOnce { ranks, ends, sums, wholes } = &mut self.at_once;
+        let BandBuffers { ranks, ends, sums, wholes } = &mut self.band;
         if ranks.len() < asks {
             ranks.resize(asks, 0);
         }
@@ -131,15 +131,15 @@ impl SliceBuffers {
             &self.cone,
             &self.lamp_prefix,
             &self.prefix,
-            &self.at_once.ends,
-            &self.at_once.sums,
-            &self.at_once.wholes,
+            &self.band.ends,
+            &self.band.sums,
+            &self.band.wholes,
         ];
         self.row.memory_bytes()
             + self.tinted.memory_bytes()
             + self.integrator.memory_bytes()
             + size_of::<RunIndex>()
-            + 4 * self.at_once.ranks.capacity()
+            + 4 * self.band.ranks.capacity()
             + 4 * floats.iter().map(|buffer| buffer.capacity()).sum::<usize>()
     }
 }
@@ -375,7 +375,7 @@ impl<'a> Answerer<'a> {
         let table = Table::<N>::new(tables.prefix, 0.0, tables.per_gamma);
         let prefix = &mut buffers.prefix.as_chunks_mut::<N>().0[..=runs];
         table.read(&starts[..=runs], prefix);
-        let AtOnce { ranks, ends, sums, wholes } = &mut buffers.at_once;
+        let BandBuffers { ranks, ends, sums, wholes } = &mut buffers.band;
         let (ends, sums) =
             (&mut ends.as_chunks_mut::<N>().0[..count], &mut sums.as_chunks_mut::<N>().0[..count]);
         table.read(gammas, ends);
@@ -417,10 +417,12 @@ impl<'a> Answerer<'a> {
     }
 }
 
-/// Queries of one band, and what they are answered with.
+/// What a band's asks are answered with: a number each, or one a term.
 #[derive(Debug, Default)]
-struct AtOnce {
+struct BandBuffers {
+    /// Column, counted from the light.
     ranks: Vec<u32>,
+    /// `∫Γ` up to the end of its ray, the lit part of it, and the whole one weighed by the column's B.
     ends: Vec<f32>,
     sums: Vec<f32>,
     wholes: Vec<f32>,

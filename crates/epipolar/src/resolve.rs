@@ -15,6 +15,9 @@ use crate::shares::Shares;
 /// Pixels that are resolved side by side.
 const LANES: usize = RayLanes::COUNT;
 
+/// A number for each of them.
+type Lanes = [f32; LANES];
+
 /// What turns shares into an image.
 pub struct Resolve<'a> {
     frame: &'a Frame<'a>,
@@ -95,7 +98,7 @@ impl<'a> Resolve<'a> {
 
     /// Transmittances of sixteen pixels whose rays end at `ends`.
     #[inline(always)]
-    fn transmittances(&self, ends: &[f32; LANES]) -> [[f32; LANES]; 3] {
+    fn transmittances(&self, ends: &Lanes) -> [Lanes; 3] {
         let mut through = [[1.0f32; LANES]; 3];
         for (channel, &sigma) in self.sigma_t.iter().enumerate() {
             if channel > 0 && self.grey {
@@ -111,13 +114,7 @@ impl<'a> Resolve<'a> {
 
     /// Radiance of sixteen pixels without any shadow.
     #[inline(always)]
-    fn unoccluded(
-        &self,
-        x: u32,
-        y: u32,
-        ends: &[f32; LANES],
-        through: &[[f32; LANES]; 3],
-    ) -> [[f32; LANES]; 3] {
+    fn unoccluded(&self, x: u32, y: u32, ends: &Lanes, through: &[Lanes; 3]) -> [Lanes; 3] {
         match &self.source {
             Source::Sun(sun) => sun.radiance(x, y, ends, through),
             Source::Lamp(lamp) => {
@@ -176,13 +173,7 @@ impl<'a> SunLight<'a> {
 
     /// Radiance of sixteen pixels from `(x, y)` on whose rays end at `ends`, with those transmittances.
     #[inline(always)]
-    fn radiance(
-        &self,
-        x: u32,
-        y: u32,
-        ends: &[f32; LANES],
-        through: &[[f32; LANES]; 3],
-    ) -> [[f32; LANES]; 3] {
+    fn radiance(&self, x: u32, y: u32, ends: &Lanes, through: &[Lanes; 3]) -> [Lanes; 3] {
         let mut radiance = self.source(x, y);
         let mut lengths = [0.0f32; LANES];
         for (channel, values) in radiance.iter_mut().enumerate() {
@@ -200,7 +191,7 @@ impl<'a> SunLight<'a> {
 
     /// `E·Σ σs·p` of sixteen pixels.
     #[inline(always)]
-    fn source(&self, x: u32, y: u32) -> [[f32; LANES]; 3] {
+    fn source(&self, x: u32, y: u32) -> [Lanes; 3] {
         if let Some(constant) = self.constant {
             return constant.to_array().map(|value| [value; LANES]);
         }

@@ -133,11 +133,13 @@ impl SlicePass<'_> {
         let channels = self.answerer.channels;
         let [first, own, last] = lines;
         let all = pixels.ranges.len();
-        worker.gaps[1].list_none(all, self.stride(), channels);
         let busy = |column: usize| {
             first.pixels[column] < own.pixels[column] || own.pixels[column] < last.pixels[column]
         };
-        let Some(from) = (0..all).find(|&column| busy(column)) else { return };
+        let Some(from) = (0..all).find(|&column| busy(column)) else {
+            worker.gaps[1].list_none(all, self.stride(), channels);
+            return;
+        };
         let to = (from..all).rev().find(|&column| busy(column)).unwrap_or(from) + 1;
         let first_column = pixels.columns[0];
         let width = self.frame.size()[0];

@@ -11,8 +11,8 @@
 //! 1. Panels are not cut in ln r, but in a quotient that follows it (`lamp_panels.rs`): no logarithm and no exponential
 //!    but the attenuation.
 //! 2. They have 4, 6, 8 or 12 points by what the longest interval of the sixteen needs, and intervals that are too long
-//!    for one are cut into panels of 8, or 12 where a cone fades. Lanes that need fewer panels add zeros, so that no lane depends on another
-//!    but for the choice of the rule.
+//!    for one are cut into panels of 8, or 12 where a cone fades. Lanes that need fewer panels add zeros, so that no lane
+//!    depends on another but for the choice of the rule.
 //! 3. A spot's interval is cut where the cone starts, is full, is full no longer, and ends (in f64): three pieces, of which
 //!    the middle one is a point light's. The exact form cuts at the mirrored cone as well, which does no harm.
 //! 4. Behind an optical depth of [`NEGLIGIBLE_OPTICAL_DEPTH`] the rest is dropped.
