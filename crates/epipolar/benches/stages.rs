@@ -5,11 +5,13 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use epipolar::{
-    Cells, ColumnOrder, Epipolar, Epipole, Extrema, Factorisation, Factors, Integrator, IntegratorScratch,
-    LampBands, LampMedium, Major, MapLine, Options, Problem, Queries, Row, Runs, Seen, Slice, SlicePlane,
-    SliceSet, Terms, integrate,
-};
+use epipolar::baran::sums::problem::{Problem, Queries, Runs, SumScratch, Terms};
+use epipolar::baran::sums::{SumAlgorithm, sum_lit_runs};
+use epipolar::baran::{Factorisation, Factors, LampBands, LampMedium};
+use epipolar::driver::{SliceAngles, SliceScene, SliceView};
+use epipolar::geometry::{ColumnOrder, Epipole, Major, Slice, SliceSet};
+use epipolar::rows::{MinMaxTiles, Row};
+use epipolar::{Epipolar, Options, SampledCells};
 use glam::{DVec2, DVec3};
 use scatter_core::{
     Camera, DepthMap, Frame, Level, Light, MapProjection, Medium, Phase, ScatterImage, ShadowLayer,
@@ -58,31 +60,36 @@ fn rectify(c: &mut Criterion) {
     let size = [1280, 960];
     let camera = camera(size);
     let light = Light::directional(SUN, [1.0; 3]).expect("sane");
+    let medium = Medium::homogeneous([0.1; 3], [0.0; 3], Phase::Isotropic).expect("sane");
+    let distances = vec![11.0f32; (size[0] * size[1]) as usize];
+    let depth = DepthMap::new(&distances, size).expect("sane");
     let epipole = Epipole::new(&camera, &light);
     let exit = DVec2::new(700.3, 960.0);
-    let slice = Slice::through(&epipole, Major::Y, exit);
-    let plane = SlicePlane::new(&camera, &epipole, &slice, Major::Y);
+    let line = Slice::through(&epipole, Major::Y, exit);
     let order =
         ColumnOrder { columns: [0, 960], ascending: epipole.outward == (epipole.towards(exit).y > 0.0) };
     for side in [512, 1024, 2048] {
         let (projection, texels) = map(side);
-        let layer = ShadowLayer::new(projection, &texels).expect("sane");
-        let mut extrema = Extrema::default();
-        extrema.rebuild(simd_level(), &ShadowMap::Orthographic(layer));
-        let line =
-            MapLine::sun(&projection, camera.eye(), &plane, order, 1e3).expect("the slice meets the map");
+        let shadow = ShadowMap::Orthographic(ShadowLayer::new(projection, &texels).expect("sane"));
+        let frame = Frame::new(&camera, depth, &light, &shadow, &medium, 30.0).expect("sane");
+        let mut tiles = MinMaxTiles::default();
+        tiles.rebuild(simd_level(), &shadow);
         for (name, cells) in [
-            ("exact", Cells::Exact),
-            ("uniform", Cells::Uniform),
-            ("modes", Cells::Modes),
-            ("box", Cells::Box),
+            ("exact", None),
+            ("uniform", Some(SampledCells::Uniform)),
+            ("modes", Some(SampledCells::Modes)),
+            ("box", Some(SampledCells::Box)),
         ] {
-            let seen = Seen { cells, columns: 960, split_over: 0.0 };
             let mut row = Row::default();
-            let mut fill = |level: Level| {
-                row.clear(8 * side as usize + 8 * 960);
-                row.append(level, black_box(&line), &texels, extrema.layer(0), seen);
-                row.finish();
+            row.clear(8 * side as usize + 8 * 960);
+            let mut fill = |simd: Level| {
+                let mut angles = SliceAngles::default();
+                let scene = SliceScene { frame: &frame, epipole, tiles: &tiles, simd };
+                let slice = SliceView::new(scene, black_box(line), Major::Y, order, &mut angles).up_to(1e3);
+                match cells {
+                    None => slice.rectify(0.0, &mut row),
+                    Some(cells) => cells.rectify(&slice, &mut row),
+                };
                 row.len()
             };
             // Hills and boards are told apart, and the instruction set changes nothing.
@@ -137,24 +144,24 @@ fn sums<const N: usize>(c: &mut Criterion, kind: &str, r: u32, d: usize) {
         })
         .collect();
     let problem = Problem {
-        runs: Runs { lit: &runs, prefix: &prefix, tint: None, columns: [0, r] },
+        runs: Runs { lit: &runs, prefix: &prefix, colour: None, columns: [0, r] },
         queries: Queries { ranks: &ranks, runs: &ends_in },
         ends: &ends,
         ascending: true,
     };
-    let mut scratch = IntegratorScratch::default();
+    let mut scratch = SumScratch::default();
     scratch.reserve(runs.len(), r as usize, r as usize, N);
     let mut expected = vec![[0.0f32; N]; r as usize];
-    integrate(Integrator::Direct, &problem, &mut scratch, &mut expected);
+    sum_lit_runs(SumAlgorithm::Direct, &problem, &mut scratch, &mut expected);
     let mut out = expected.clone();
-    for integrator in Integrator::ALL {
-        integrate(integrator, &problem, &mut scratch, &mut out);
+    for algorithm in SumAlgorithm::ALL {
+        sum_lit_runs(algorithm, &problem, &mut scratch, &mut out);
         for (a, b) in out.iter().zip(&expected) {
             // Sums of a few thousand f32 below 1, in another order.
-            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4), "{integrator:?}");
+            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4), "{algorithm:?}");
         }
-        group.bench_function(BenchmarkId::new(format!("{integrator:?}"), format!("{r}x{d}")), |b| {
-            b.iter(|| integrate(integrator, black_box(&problem), &mut scratch, &mut out));
+        group.bench_function(BenchmarkId::new(format!("{algorithm:?}"), format!("{r}x{d}")), |b| {
+            b.iter(|| sum_lit_runs(algorithm, black_box(&problem), &mut scratch, &mut out));
         });
     }
     group.finish();
@@ -171,7 +178,7 @@ fn integrators(c: &mut Criterion) {
 
 fn factor(c: &mut Criterion) {
     let mut group = c.benchmark_group("factor");
-    for kind in [Factorisation::Chebyshev, Factorisation::Svd] {
+    for &kind in Factorisation::ALL {
         let mut factors = Factors::sun(kind, 4, 1.0, 2.0);
         // Four terms leave less than 0.2 % of an octave at an optical depth of 1.
         assert!(factors.rank() == 4 && factors.bound() < 2e-3);

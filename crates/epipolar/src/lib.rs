@@ -18,16 +18,16 @@
 //! - **The view ray's coordinate is the pixel column**, not the angle β: monotone in β, one division, and rectified view
 //!   rays are the image's own. Each pixel asks its two slices with its own depth; nothing is resampled.
 //! - **Cells end at the true texel crossings**, and a texel's flat surface is cut where it passes from one view ray to
-//!   the next: along a slice the answer is that of the exact walk through the map ([`Cells::Exact`]).
+//!   the next: along a slice the answer is that of the exact walk through the map ([`SliceView::rectify`](driver::SliceView::rectify)).
 //! - **Tiles that are one run are not read**: the extrema of 16×16 texels say that all light rays of a stretch end behind the
-//!   same view ray ([`Extrema`]). Indoors that is four texels in ten (`nave`) to seven (Sponza's gallery).
+//!   same view ray ([`MinMaxTiles`](rows::MinMaxTiles)). Indoors that is four texels in ten (`nave`) to seven (Sponza's gallery).
 //! - **Light rays are runs** of neighbours that end at the same view ray; sums over runs are the same sums.
 //! - **Bands of 1/sin β with shared factors** instead of a marched ring around the epipole ([`Around`]).
 //! - **The answer is a share**: a quotient of two sums with the same factors, times the closed form. Unoccluded and dark
 //!   pixels are exact at any rank.
 //! - **Slices are spaced by measurement**: a sample of gaps is compared with a slice through its middle, and gaps whose
-//!   two slices differ are halved for the pixels in doubt ([`Refinement`], [`Aim`]).
-//! - **Lamps** without 1/d² (it cancels against the Jacobian), γ as a monotone number without an arc tangent ([`turn`]).
+//!   two slices differ are halved for the pixels in doubt ([`Refinement`](driver::Refinement), [`ErrorTarget`](driver::ErrorTarget)).
+//! - **Lamps** without 1/d² (it cancels against the Jacobian), γ as a monotone number without an arc tangent ([`diamond_angle`](geometry::diamond_angle)).
 //!
 //! # What was measured, and why the defaults are what they are
 //!
@@ -74,55 +74,23 @@
 //! between two slices that agree is not seen. Factors of a lamp whose measured error is above 0.4 % (backward lobes over
 //! long rays in thin fog) are not used: its pixels are walked one by one, which is slow.
 
-mod epipole;
-mod fan_pixels;
-mod slice_plane;
-mod slices;
+pub mod geometry;
 
-mod exact_cells;
-mod extrema;
-mod map_line;
-mod row;
-mod tint;
+pub mod rows;
 
-mod bands;
-mod factor;
-mod integrand;
+pub mod driver;
 
-mod integrate;
+pub mod baran;
 
-mod borders;
-mod gap_pixels;
-mod refinement;
-
-mod asks;
-mod tables;
-
-mod answer;
-mod probe;
-mod resolve;
-mod shares;
-mod slice_pass;
+mod paper;
 
 mod options;
 mod technique;
 mod tool;
 
-pub use bands::Bands;
-pub use epipole::Epipole;
-pub use extrema::{Extrema, LayerExtrema, TILE};
-pub use factor::{Factorisation, Factors, LampBands, LampFactors, LampMedium, MAX_RANK};
-pub use fan_pixels::FanPixels;
-pub use integrate::{
-    Blocks, Integrator, IntegratorScratch, Problem, Queries, RunIndex, Runs, Terms, integrate,
-};
-pub use map_line::{ColumnOrder, Gamma, MapLine, direction_of_turn, turn};
+pub use baran::{Baran, DirectIntegrator};
+pub use driver::{SliceDriver, SliceIntegrator};
 pub use options::{Around, ID, Options};
-pub use probe::Aim;
-pub use refinement::{MOST_HALVINGS, Refinement};
-pub use row::{Cells, Row, Seen};
-pub use slice_pass::Resampling;
-pub use slice_plane::{STEEPEST, SlicePlane};
-pub use slices::{Fan, Major, Slice, SliceSet};
+pub use paper::SampledCells;
 pub use technique::Epipolar;
 pub use tool::{EpipolarTechnique, TECHNIQUE};

@@ -2,12 +2,10 @@
 
 use scatter_core::{OptionError, Quality};
 
-use crate::factor::Factorisation;
-use crate::integrate::Integrator;
-use crate::probe::Aim;
-use crate::refinement::{MOST_HALVINGS, Refinement};
-use crate::row::Cells;
-use crate::slice_pass::Resampling;
+use crate::baran::sums::SumAlgorithm;
+use crate::baran::{BaranSettings, Cells, Factorisation};
+use crate::driver::{ErrorTarget, MOST_HALVINGS, Refinement, Resampling, SliceSettings};
+use crate::paper::RING_DEGREES;
 
 /// The technique's id.
 pub const ID: &str = "epipolar";
@@ -21,7 +19,7 @@ pub struct Options {
     /// slices is a part of the view, not of a pixel: a thumbnail of 13×9 pixels has the shadows of the whole scene in it.
     pub fewest_slices: f64,
     /// What the spacing is measured for: it shrinks from `spacing` on until the aim is kept. `None` takes it as it is.
-    pub aim: Option<Aim>,
+    pub target: Option<ErrorTarget>,
     /// When a further slice goes between two that differ.
     pub refinement: Refinement,
     /// Terms of the factorisation, 1 to 8; `None` takes as many as `factor_error` asks for.
@@ -32,9 +30,9 @@ pub struct Options {
     pub factorisation: Factorisation,
     /// Columns of a slice that one texel may hide before the light rays behind it are told apart, 0 to 16: 0 is exact,
     /// 1 shifts a shadow's edge by up to half a column. Less within 64 columns of a slice's ends.
-    pub split_over: f32,
+    pub uncut_columns: f32,
     /// How lit runs are summed; `None` takes the fastest for each slice.
-    pub integrator: Option<Integrator>,
+    pub integrator: Option<SumAlgorithm>,
     /// Where the cells of rectified rows lie.
     pub cells: Cells,
     /// What is done around the epipole.
@@ -81,8 +79,11 @@ impl Options {
         // What the sample predicts is met by most scenes; half of it leaves room for the others.
         // The RMS is made by shadows' edges: in dark halls, relative to a mean of few lit pixels, they are most of it.
         let error = 0.5 * level.error() as f32;
-        let aim =
-            Aim { error, rms: if level == Quality::Preview { error } else { error.min(MOST_RMS) }, finest };
+        let target = ErrorTarget {
+            error,
+            rms: if level == Quality::Preview { error } else { error.min(MOST_RMS) },
+            finest,
+        };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
         let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
         // Small images have too few gaps for a sample, and cost little anyway.
@@ -90,17 +91,41 @@ impl Options {
         Self {
             spacing: scale * if measured { spacing } else { 2.0 * finest },
             fewest_slices: 400.0,
-            aim: measured.then_some(Aim { finest: finest * scale, ..aim }),
+            target: measured.then_some(ErrorTarget { finest: finest * scale, ..target }),
             refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
             rank: None,
             factor_error,
             factorisation: Factorisation::Chebyshev,
             // Half a column of a thumbnail is much of its picture.
-            split_over: if measured { split * scale as f32 } else { 0.0 },
+            uncut_columns: if measured { split * scale as f32 } else { 0.0 },
             integrator: None,
             cells: Cells::Exact,
             around: Around::Bands,
             resampling: Resampling::Pixels,
+        }
+    }
+
+    /// How slices are laid and refined.
+    pub fn slices(&self) -> SliceSettings {
+        let Self { spacing, fewest_slices, target, refinement, resampling, .. } = *self;
+        SliceSettings { spacing, fewest_slices, target, refinement, resampling }
+    }
+
+    /// How slices are summed.
+    pub fn sums(&self) -> BaranSettings {
+        let Self { rank, factor_error, factorisation, uncut_columns, integrator, cells, around, .. } = *self;
+        let ring_sine = match around {
+            Around::Bands => 0.0,
+            Around::Ring => RING_DEGREES.to_radians().sin() as f32,
+        };
+        BaranSettings {
+            rank,
+            factor_error,
+            factorisation,
+            uncut_columns,
+            algorithm: integrator,
+            cells,
+            ring_sine,
         }
     }
 
@@ -128,6 +153,13 @@ impl Options {
             halvings: MOST_HALVINGS,
             walks_rest: true,
         };
-        Ok(Self { refinement, factor_error: 0.5 * error, spacing: 0.5, aim: None, split_over: 0.0, ..fine })
+        Ok(Self {
+            refinement,
+            factor_error: 0.5 * error,
+            spacing: 0.5,
+            target: None,
+            uncut_columns: 0.0,
+            ..fine
+        })
     }
 }

@@ -5,12 +5,11 @@ use std::str::FromStr;
 
 use scatter_core::{OptionError, OptionInfo, SceneFacts, Target, Technique, TechniqueInfo, VolumetricShadow};
 
-use crate::factor::Factorisation;
-use crate::integrate::Integrator;
+use crate::baran::sums::SumAlgorithm;
+use crate::baran::{Cells, Factorisation};
+use crate::driver::{MOST_HALVINGS, Resampling};
 use crate::options::{Around, ID, Options};
-use crate::refinement::MOST_HALVINGS;
-use crate::row::Cells;
-use crate::slice_pass::Resampling;
+use crate::paper::SampledCells;
 use crate::technique::Epipolar;
 
 impl Options {
@@ -18,7 +17,7 @@ impl Options {
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), OptionError> {
         match key {
             "spacing" => {
-                self.aim = None;
+                self.target = None;
                 self.spacing = INFO.parse("spacing", value, |s| (1.0 / 16.0..=16.0).contains(s))?;
             }
             "fewest" => {
@@ -31,7 +30,7 @@ impl Options {
                 self.refinement.halvings =
                     INFO.parse("halvings", value, |h| (0..=MOST_HALVINGS).contains(h))?;
             }
-            "split" => self.split_over = INFO.parse("split", value, |s| (0.0..=16.0).contains(s))?,
+            "split" => self.uncut_columns = INFO.parse("split", value, |s| (0.0..=16.0).contains(s))?,
             "rank" => self.rank = INFO.parse::<Rank>("rank", value, |_| true)?.0,
             "factorisation" => self.factorisation = choice("factorisation", value)?,
             "integrator" => self.integrator = choice("integrator", value)?,
@@ -75,23 +74,31 @@ trait Choices: Sized + Copy + PartialEq + 'static {
 }
 
 impl Choices for Factorisation {
-    const NAMES: &'static [(&'static str, Self)] = &[("chebyshev", Self::Chebyshev), ("svd", Self::Svd)];
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("chebyshev", Self::Chebyshev),
+        #[cfg(feature = "svd")]
+        ("svd", Self::Svd),
+    ];
 }
 
-impl Choices for Option<Integrator> {
+impl Choices for Option<SumAlgorithm> {
     const NAMES: &'static [(&'static str, Self)] = &[
         ("auto", None),
-        ("blocks", Some(Integrator::Blocks)),
-        ("sweep", Some(Integrator::Sweep)),
-        ("tree", Some(Integrator::Tree)),
-        ("cursor", Some(Integrator::Cursor)),
-        ("direct", Some(Integrator::Direct)),
+        ("blocks", Some(SumAlgorithm::Blocks)),
+        ("sweep", Some(SumAlgorithm::Sweep)),
+        ("tree", Some(SumAlgorithm::Tree)),
+        ("cursor", Some(SumAlgorithm::Cursor)),
+        ("direct", Some(SumAlgorithm::Direct)),
     ];
 }
 
 impl Choices for Cells {
-    const NAMES: &'static [(&'static str, Self)] =
-        &[("exact", Self::Exact), ("uniform", Self::Uniform), ("modes", Self::Modes), ("box", Self::Box)];
+    const NAMES: &'static [(&'static str, Self)] = &[
+        ("exact", Self::Exact),
+        ("uniform", Self::Sampled(SampledCells::Uniform)),
+        ("modes", Self::Sampled(SampledCells::Modes)),
+        ("box", Self::Sampled(SampledCells::Box)),
+    ];
 }
 
 impl Choices for Around {
@@ -159,7 +166,7 @@ static INFO: TechniqueInfo = TechniqueInfo {
             summary: "columns that one texel may hide before the light rays behind it are told apart",
             unit: "columns",
             range: "a number from 0 to 16",
-            default: || Options::default().split_over.to_string(),
+            default: || Options::default().uncut_columns.to_string(),
         },
         OptionInfo {
             key: "rank",

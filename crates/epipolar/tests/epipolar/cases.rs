@@ -43,6 +43,7 @@ pub struct Case {
 pub fn cases() -> impl Strategy<Value = Case> {
     let kind = prop_oneof![
         3 => Just(MapKind::Orthographic),
+        2 => Just(MapKind::Cascades),
         2 => Just(MapKind::Spot),
         1 => Just(MapKind::SpotCube),
         2 => Just(MapKind::Point)
@@ -142,11 +143,19 @@ fn projections(scene: &Scene, size: [u32; 2]) -> Vec<MapProjection> {
     let lamp = scene.lamp.into();
     match &scene.light {
         Light::Directional(sun) => {
-            let origin = -4.1 * sun.direction();
-            vec![
-                MapProjection::orthographic(origin.into(), sun.direction().into(), up, [2.7, 2.2], size)
-                    .unwrap(),
-            ]
+            // One map, or cascades: the second is turned against the first, the third holds both.
+            let map = |aside: f64, up: [f64; 3], extent: [f64; 2]| {
+                let origin = aside * sun.direction().any_orthonormal_vector() - 4.1 * sun.direction();
+                MapProjection::orthographic(origin.into(), sun.direction().into(), up, extent, size).unwrap()
+            };
+            match scene.kind {
+                MapKind::Cascades => vec![
+                    map(0.7, up, [0.9, 1.1]),
+                    map(-0.4, [0.9, 0.2, -0.3], [1.5, 1.2]),
+                    map(0.1, up, [2.7, 2.2]),
+                ],
+                _ => vec![map(0.0, up, [2.7, 2.2])],
+            }
         }
         Light::Spot(spot) if scene.kind == MapKind::Spot => {
             vec![MapProjection::perspective(lamp, spot.direction().into(), up, 0.9, size[0]).unwrap()]

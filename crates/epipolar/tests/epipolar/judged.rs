@@ -13,9 +13,9 @@ pub fn uniform(spacing: f64) -> Options {
     let mut options = Options {
         spacing,
         fewest_slices: 1.0,
-        aim: None,
+        target: None,
         rank: Some(8),
-        split_over: 0.0,
+        uncut_columns: 0.0,
         ..Options::default()
     };
     options.refinement.halvings = 0;

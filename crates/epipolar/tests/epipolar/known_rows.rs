@@ -4,7 +4,8 @@
 //! 0.8, 0.4, 0, −0.4 and −0.8. Light comes from above, so that the slice through the middle column shows the plane
 //! x = 0, row 0 is the first to be lit, and a surface at height h and distance q ends the light of rows below h/q.
 
-use epipolar::Cells;
+use epipolar::SampledCells;
+use epipolar::baran::Cells;
 use scatter_core::{
     Camera, CubeShadow, DepthMap, Frame, Light, MapProjection, Medium, Phase, ShadowLayer, ShadowMap,
 };
@@ -64,7 +65,10 @@ fn a_texel_that_hides_a_columns_change_is_cut_where_the_view_ray_meets_it() {
 #[test]
 fn uniform_cells_know_a_texels_middle_alone() {
     // At 2.5 and 3.5 an occluder of height 1.1 is seen at 0.44 and 0.31: above row 1, then below it.
-    assert_runs(&sun_row((2..4, 1.1), Cells::Uniform), &[(0.0, 5), (2.0, 1), (3.0, 2), (4.0, 5)]);
+    assert_runs(
+        &sun_row((2..4, 1.1), Cells::Sampled(SampledCells::Uniform)),
+        &[(0.0, 5), (2.0, 1), (3.0, 2), (4.0, 5)],
+    );
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! The rectified row of the slice that goes exactly through one pixel's centre, made of the crate's public stages.
 
-use epipolar::{
-    Cells, ColumnOrder, Epipole, Extrema, LayerExtrema, Major, MapLine, Row, Seen, Slice, SlicePlane,
-};
-use glam::{DVec2, DVec3};
-use scatter_core::{Frame, MapProjection, ShadowMap, simd_level};
+use epipolar::baran::Cells;
+use epipolar::driver::{SliceAngles, SliceScene, SliceView};
+use epipolar::geometry::Epipole;
+use epipolar::rows::{MinMaxTiles, Row};
+use glam::DVec3;
+use scatter_core::{Frame, simd_level};
 
 use crate::intervals::Intervals;
 
@@ -22,7 +23,7 @@ pub struct RowOfPixel {
     /// Distance of a lamp.
     pub lamp: Option<f64>,
     /// Texel columns that were read.
-    pub read: u32,
+    pub read: u64,
 }
 
 /// Where the sine of the angle to the light is smaller, γ says little about a ray.
@@ -31,93 +32,50 @@ const LEAST_SINE: f64 = 1e-3;
 impl RowOfPixel {
     /// `None` where the pixel lies at the epipole.
     pub fn new(frame: &Frame<'_>, pixel: [u32; 2], cells: Cells) -> Option<Self> {
-        let mut extrema = Extrema::default();
-        extrema.rebuild(simd_level(), frame.shadow());
-        Self::with_extrema(frame, pixel, cells, |index| extrema.layer(index))
+        let mut tiles = MinMaxTiles::default();
+        tiles.rebuild(simd_level(), frame.shadow());
+        Self::with_tiles(frame, pixel, cells, &tiles)
     }
 
-    /// With other extrema than the map's own, layer by layer.
-    pub fn with_extrema<'a>(
+    /// With other tiles than the map's own.
+    pub fn with_tiles(
         frame: &Frame<'_>,
         [x, y]: [u32; 2],
         cells: Cells,
-        extrema: impl Fn(usize) -> LayerExtrema<'a>,
+        tiles: &MinMaxTiles,
     ) -> Option<Self> {
-        let camera = frame.camera();
-        let epipole = Epipole::new(camera, frame.light());
-        let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let away = epipole.towards(centre);
-        let major = if away.x.abs() >= away.y.abs() { Major::X } else { Major::Y };
-        let slice = Slice::through(&epipole, major, centre);
-        let (length, column) = match major {
-            Major::X => (camera.size()[0], x),
-            Major::Y => (camera.size()[1], y),
-        };
-        let step = |column: u32| major.of(epipole.towards(DVec2::splat(f64::from(column) + 0.5)));
-        let fan_ascending = step(column) > 0.0;
-        let own = |column: &u32| if fan_ascending { step(*column) > 0.0 } else { step(*column) < 0.0 };
-        let columns = [(0..length).find(own)?, (0..length).rfind(own)? + 1];
-        let order = ColumnOrder { columns, ascending: fan_ascending == epipole.outward };
-        let plane = SlicePlane::new(camera, &epipole, &slice, major);
-        let ray = plane.view_ray(f64::from(column)).normalize();
+        let epipole = Epipole::new(frame.camera(), frame.light());
+        let scene = SliceScene { frame, epipole, tiles, simd: simd_level() };
+        let mut angles = SliceAngles::default();
+        let (slice, column) = SliceView::through_pixel(scene, [x, y], &mut angles)?;
+        let ray = slice.plane.view_ray(f64::from(column)).normalize();
         let (sine, cosine) = (ray.x, ray.y);
         if sine < LEAST_SINE {
             return None;
         }
-        let lamp = frame.light().position().map(|position| (position - camera.eye()).length());
-        let end = frame.ray_end(x, y);
+        let lamp = frame.light().position().map(|position| (position - frame.camera().eye()).length());
         let mut this = Self {
             row: Row::default(),
-            rank: order.rank(column),
-            column_count: order.count() as u32,
+            rank: slice.order.rank(column),
+            column_count: slice.order.count() as u32,
             sine,
             cosine,
             gamma_end: 0.0,
             lamp,
             read: 0,
         };
-        this.gamma_end = this.gamma_of(end);
-        this.fill(frame, &plane, order, cells, extrema);
-        Some(this)
-    }
-
-    fn fill<'a>(
-        &mut self,
-        frame: &Frame<'_>,
-        plane: &SlicePlane,
-        order: ColumnOrder,
-        cells: Cells,
-        extrema: impl Fn(usize) -> LayerExtrema<'a>,
-    ) {
-        let columns = self.column_count;
-        let seen = Seen { cells, columns, split_over: 0.0 };
-        // The reach is f32 in the technique; an ulp more than the end, so that the last cell is whole.
-        let reach = self.gamma_end * (1.0 + 1e-6);
-        let line = |projection: &MapProjection| match self.lamp {
-            None => MapLine::sun(projection, frame.camera().eye(), plane, order, reach),
-            Some(distance) => MapLine::lamp(projection, plane, order, distance, reach),
-        };
-        let mut parts: Vec<_> = match frame.shadow() {
-            ShadowMap::Unshadowed | ShadowMap::Cascades(_) => vec![],
-            shadow => (shadow.layers().enumerate())
-                .filter_map(|(index, layer)| Some((line(layer.projection())?, layer, index)))
-                .collect(),
-        };
-        parts.sort_by(|a, b| a.0.gamma.at(0.0).total_cmp(&b.0.gamma.at(0.0)));
+        this.gamma_end = this.gamma_of(frame.ray_end(x, y));
+        // A few ulps more than the end, so that the last cell is whole.
+        let slice = slice.up_to((this.gamma_end * (1.0 + 1e-6)) as f32);
         // Room for a cut at every column of every cell.
-        let texels: u32 = parts.iter().map(|(line, ..)| line.columns).sum();
-        self.row.clear((2 * texels * (columns + 2) + 64) as usize);
-        self.row.push(0.0, columns);
-        let mut covered = -1.0;
-        for (line, layer, index) in &parts {
-            if line.gamma.at(line.length) <= covered {
-                continue; // The slice runs along the edge between two faces.
-            }
-            covered = line.gamma.at(line.length);
-            self.read += self.row.append(simd_level(), line, layer.texels(), extrema(*index), seen);
-            self.row.push(line.gamma.at(line.length), columns);
-        }
-        self.row.finish();
+        let mut texels = 0;
+        slice.for_each_line(|_, line| texels += line.columns);
+        this.row.clear((2 * texels * (this.column_count + 2) + 64) as usize);
+        this.read = match cells {
+            Cells::Exact => slice.rectify(0.0, &mut this.row),
+            Cells::Sampled(cells) => cells.rectify(&slice, &mut this.row),
+        };
+        Some(this)
     }
 
     /// γ of a point of the pixel's ray.

@@ -4,7 +4,9 @@
 //! the eye and from six eyes moved by ±δ along the axes; where those seven agree with each other, the row must agree
 //! with them. No conditioning comes in: where a view ray grazes a surface, the moved walks differ over a long stretch.
 
-use epipolar::{Cells, Integrator, IntegratorScratch, Problem, Queries, Runs, integrate};
+use epipolar::baran::Cells;
+use epipolar::baran::sums::problem::{Problem, Queries, Runs, SumScratch};
+use epipolar::baran::sums::{SumAlgorithm, sum_lit_runs};
 use glam::DVec3;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -76,7 +78,7 @@ fn sun_sum(lit: &Intervals, per_gamma: f64) -> f64 {
     lit.0.iter().map(|&(a, b)| ((-per_gamma * a).exp() - (-per_gamma * b).exp()) / per_gamma).sum()
 }
 
-/// The share of the pixel's light that the four integrators find in its row, with the integrand of its own view ray:
+/// The share of the pixel's light that the five algorithms find in its row, with the integrand of its own view ray:
 /// a factorisation without error, of one term.
 fn integrated(row: &RowOfPixel, per_gamma: f64) -> [f64; 5] {
     let up_to = |gamma: f64| [((1.0 - (-per_gamma * gamma).exp()) / per_gamma) as f32];
@@ -88,18 +90,18 @@ fn integrated(row: &RowOfPixel, per_gamma: f64) -> [f64; 5] {
         runs: Runs {
             lit: &row.row.lit()[..=last],
             prefix: &prefix[..last + 2],
-            tint: None,
+            colour: None,
             columns: [row.rank, row.rank + 1],
         },
         queries: Queries { ranks: &ranks, runs: &runs },
         ends: &ends,
         ascending: true,
     };
-    Integrator::ALL.map(|integrator| {
-        let mut scratch = IntegratorScratch::default();
+    SumAlgorithm::ALL.map(|algorithm| {
+        let mut scratch = SumScratch::default();
         scratch.reserve(starts.len(), row.column_count as usize, 1, 1);
         let mut out = [[f32::NAN]];
-        integrate(integrator, &problem, &mut scratch, &mut out);
+        sum_lit_runs(algorithm, &problem, &mut scratch, &mut out);
         f64::from(out[0][0] / ends[0][0])
     })
 }

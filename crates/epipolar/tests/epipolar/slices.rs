@@ -2,7 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use epipolar::{Epipole, FanPixels, Major, SliceSet};
+use epipolar::geometry::{Epipole, FanPixels, Major, SliceSet};
 use glam::{DVec2, DVec3};
 
 const SIZE: [u32; 2] = [1280, 960];

@@ -1,18 +1,17 @@
-//! An epipolar technique composed from the public stages of `epipolar`, so that a stage can be wrong: uniform slices,
-//! the exact rows of a sun's map, prefix sums over the lit light rays before each pixel (Baran et al. 2010, Sections 3
-//! and 4).
+//! An epipolar technique on `epipolar`'s slice driver, of which a stage can be wrong: even slices, exact rows of a sun's map,
+//! and for every view ray the sum over the lit light rays before it (Baran et al. 2010, Sections 3 and 4), run by run.
 //!
-//! Departures: every view ray has sums of its own weights `∫ exp(−σt·t) dt` instead of a factorisation's, so that no
-//! rank is chosen; a pixel takes the answer of the slice nearest to it. Slow, and only for suns. It stands here because
-//! `scatter-validate` names no technique.
+//! It stands here because `scatter-validate` names no technique.
 
-use scatter::epipolar::{
-    Cells, ColumnOrder, Epipole, Extrema, Fan, FanPixels, Integrator, IntegratorScratch, LayerExtrema, Major,
-    MapLine, Problem, Queries, Row, RunIndex, Runs, Seen, Slice, SlicePlane, SliceSet, Terms, integrate,
+use scatter::epipolar::driver::{
+    Refinement, Resampling, SliceAngles, SliceQueries, SliceRoom, SliceScene, SliceSettings, SliceView,
 };
+use scatter::epipolar::geometry::{Major, Slice};
+use scatter::epipolar::rows::{MinMaxTiles, Row};
+use scatter::epipolar::{SliceDriver, SliceIntegrator};
 use scatter::{
-    Frame, Light, Projection, RenderError, RenderStats, ScatterImage, ShadowLayer, ShadowMap, TechniqueInfo,
-    Unsupported, VolumetricShadow, simd_level, walked_radiance,
+    Frame, Light, Projection, RayLight, RenderError, RenderStats, ScatterImage, ShadowMap, TechniqueInfo,
+    Unsupported, VolumetricShadow, simd_level,
 };
 
 /// What is wrong with a stage.
@@ -53,11 +52,14 @@ pub struct RecomposedSlices {
     pub fault: Option<SliceFault>,
 }
 
-/// Distance of slices \[pixels\]: see [`RUNG`].
-const SPACING: f64 = 0.5;
-
-/// Where rays end that go on for ever: a number that f32 knows. Everything is dark before it, or nothing is.
-const LONGEST: f64 = 1e30;
+/// Half a pixel apart, so that at [`RUNG`] every pixel's centre has a slice of its own.
+const SLICES: SliceSettings = SliceSettings {
+    spacing: 0.5,
+    fewest_slices: 1.0,
+    target: None,
+    refinement: Refinement { tolerance: 1.0, floor: 1.0, halvings: 0, walks_rest: false },
+    resampling: Resampling::Pixels,
+};
 
 /// What tools see of it.
 pub static INFO: TechniqueInfo = TechniqueInfo {
@@ -89,174 +91,67 @@ impl VolumetricShadow for RecomposedSlices {
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
         self.supports(frame)?;
-        let size = frame.size();
-        out.resize(size);
-        let (inscattered, transmittance) = out.pixels_mut();
-        for (index, (radiance, through)) in inscattered.iter_mut().zip(transmittance).enumerate() {
-            let (x, y) = (index as u32 % size[0], index as u32 / size[0]);
-            *through = frame.medium().transmittance(frame.ray_end(x, y)).map(|t| t as f32);
-            // For the one pixel that may be in no fan: the epipole's own.
-            *radiance = walked_radiance(frame, x, y).to_array().map(|value| value as f32);
+        Ok(SliceDriver::new(*self).render(frame, &SLICES, out))
+    }
+}
+
+/// A worker's row, and what a fault needs.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    row: Row,
+    angles: SliceAngles,
+    /// Tiles that take their nearest depth for their farthest one.
+    flat: MinMaxTiles,
+}
+
+impl SliceIntegrator for RecomposedSlices {
+    type Scratch = Scratch;
+
+    fn channels(&self) -> usize {
+        3
+    }
+
+    fn reserve(&self, room: &SliceRoom<'_>, scratch: &mut Scratch) {
+        scratch.flat.rebuild(simd_level(), room.frame.shadow());
+        for layer in 0..room.frame.shadow().layers().count() {
+            scratch.flat.layer_mut(layer).iter_mut().for_each(|[nearest, farthest]| *farthest = *nearest);
         }
-        let epipole = Epipole::new(frame.camera(), frame.light());
-        let mut set = SliceSet::default();
-        set.distribute(&epipole, size, SPACING);
-        let mut extrema = Extrema::default();
-        extrema.rebuild(simd_level(), frame.shadow());
-        for fan in &set.fans {
-            let mut pixels = FanPixels::default();
-            pixels.find(&epipole, size, fan, &set.slices);
-            let slices = &set.slices[fan.first..][..fan.count];
-            let pass = Pass { frame, epipole, fan, extrema: &extrema, fault: self.fault };
-            for (index, nearest) in nearest_pixels(fan, &pixels, slices).into_iter().enumerate() {
-                if nearest.is_empty() {
-                    continue;
-                }
-                let shift = usize::from(self.fault == Some(SliceFault::SlicesShifted));
-                let slice = &slices[(index + shift).min(fan.count - 1)];
-                for (pixel, sum) in nearest.iter().zip(pass.sums(slice, pixels.columns, &nearest)) {
-                    let [x, y] = pass.place(*pixel);
-                    inscattered[(y * size[0] + x) as usize] = pass.radiance([x, y], sum);
-                }
+    }
+
+    fn integrate(&self, slice: &SliceView<'_>, queries: &mut SliceQueries, scratch: &mut Scratch) {
+        let Scratch { row, angles, flat } = scratch;
+        let is = |fault| self.fault == Some(fault);
+        let right = slice.scene();
+        let scene =
+            SliceScene { tiles: if is(SliceFault::MinTakenForMax) { flat } else { right.tiles }, ..right };
+        let mut exit = slice.slice.exit;
+        if is(SliceFault::SlicesShifted) {
+            *(if slice.major == Major::X { &mut exit.y } else { &mut exit.x }) += SLICES.spacing;
+        }
+        let line = Slice::through(&scene.epipole, slice.major, exit);
+        SliceView::new(scene, line, slice.major, slice.order, angles).up_to(slice.reach()).rectify(0.0, row);
+        let open = queries.open(0..queries.len());
+        let mut shares = open.shares;
+        for (query, (&column, &end)) in open.columns.iter().zip(open.ends).enumerate() {
+            let column = slice.order.columns[0] + column;
+            let (ray, rank) = (slice.view_ray(column), slice.order.rank(column));
+            let light =
+                RayLight::new(slice.frame().light(), slice.frame().medium(), slice.camera().eye(), &ray);
+            let sine = slice.plane.view_ray(f64::from(column)).normalize().x;
+            let meets = |gamma: f32| (f64::from(gamma) / sine).min(end.into());
+            let last = row.starts().partition_point(|&start| meets(start) < end.into());
+            let runs =
+                if is(SliceFault::PrefixSumOffByOne) { last.saturating_sub(1) } else { last.min(row.len()) };
+            let mut sum = [0.0; 3];
+            for run in (0..runs).filter(|&run| row.lit()[run] > rank) {
+                let lit = light.interval(meets(row.starts()[run]), meets(row.starts()[run + 1]));
+                sum.iter_mut().zip(lit.to_array()).for_each(|(sum, lit)| *sum += lit);
+            }
+            let whole = light.interval(0.0, end.into()).to_array();
+            for (shares, (sum, whole)) in shares.iter_mut().zip(sum.into_iter().zip(whole)) {
+                shares[query] = if whole > 0.0 { (sum / whole) as f32 } else { 1.0 };
             }
         }
-        Ok(RenderStats::default())
-    }
-}
-
-/// A pixel of a fan: column along its major axis, place across.
-type FanPixel = [u32; 2];
-
-/// For each slice the pixels that are nearer to it than to any other, column by column.
-fn nearest_pixels(fan: &Fan, pixels: &FanPixels, slices: &[Slice]) -> Vec<Vec<FanPixel>> {
-    let mut nearest = vec![Vec::new(); slices.len()];
-    for (column, range) in (pixels.columns[0]..pixels.columns[1]).zip(&pixels.ranges) {
-        let at = |slice: &Slice| slice.minor_at(fan.major, f64::from(column) + 0.5);
-        for pixel in range[0]..range[1] {
-            let centre = f64::from(pixel) + 0.5;
-            let behind = slices.partition_point(|slice| at(slice) < centre).min(slices.len() - 1);
-            let before = behind.saturating_sub(1);
-            let is_before = (at(&slices[before]) - centre).abs() < (at(&slices[behind]) - centre).abs();
-            nearest[if is_before { before } else { behind }].push([column, pixel as u32]);
-        }
-    }
-    nearest
-}
-
-/// What the slices of a fan share.
-struct Pass<'a> {
-    frame: &'a Frame<'a>,
-    epipole: Epipole,
-    fan: &'a Fan,
-    extrema: &'a Extrema,
-    fault: Option<SliceFault>,
-}
-
-impl Pass<'_> {
-    /// `[x, y]` of a pixel.
-    fn place(&self, [column, across]: FanPixel) -> [u32; 2] {
-        match self.fan.major {
-            Major::X => [column, across],
-            Major::Y => [across, column],
-        }
-    }
-
-    /// `∫ exp(−σt·t) dt` over what each of these pixels sees lit of a slice, per channel.
-    fn sums(&self, slice: &Slice, columns: [u32; 2], pixels: &[FanPixel]) -> Vec<[f32; 3]> {
-        let ascending = self.fan.ascending == self.epipole.outward;
-        let order = ColumnOrder { columns, ascending };
-        let plane = SlicePlane::new(self.frame.camera(), &self.epipole, slice, self.fan.major);
-        let sine = |column: u32| plane.view_ray(f64::from(column)).normalize().x.max(f64::MIN_POSITIVE);
-        let ends: Vec<f64> = pixels
-            .iter()
-            .map(|&pixel| {
-                let [x, y] = self.place(pixel);
-                self.frame.ray_end(x, y).min(LONGEST)
-            })
-            .collect();
-        let gammas: Vec<f32> =
-            pixels.iter().zip(&ends).map(|(pixel, end)| (end * sine(pixel[0])) as f32).collect();
-        let reach = gammas.iter().copied().fold(0.0, f32::max);
-        let row = self.row(&plane, order, reach);
-        let mut index = RunIndex::default();
-        index.fill(row.starts(), reach, 1);
-        let mut scratch = IntegratorScratch::default();
-        let one = |((pixel, end), gamma): ((&FanPixel, &f64), &f32)| {
-            let rank = order.rank(pixel[0]);
-            let mut run = [0];
-            index.find(row.starts(), &[*gamma], &mut run);
-            let [run] = run;
-            let weight = |t: f64| self.weight(t);
-            let per_gamma = 1.0 / sine(pixel[0]);
-            let starts = &row.starts()[..=run as usize];
-            let mut prefix: Vec<Terms<4>> =
-                starts.iter().map(|&start| weight((f64::from(start) * per_gamma).min(*end))).collect();
-            prefix.push(weight(*end));
-            let wrong = u32::from(self.fault == Some(SliceFault::PrefixSumOffByOne));
-            let problem = Problem {
-                runs: Runs {
-                    lit: &row.lit()[..=run as usize],
-                    prefix: &prefix,
-                    tint: None,
-                    columns: [rank, rank + 1],
-                },
-                queries: Queries { ranks: &[rank], runs: &[run.saturating_sub(wrong)] },
-                ends: &[weight(*end)],
-                ascending,
-            };
-            scratch.reserve(run as usize + 2, order.count(), 1, 4);
-            let mut sum = [[0.0; 4]];
-            integrate(Integrator::Tree, &problem, &mut scratch, &mut sum);
-            let [[r, g, b, _]] = sum;
-            [r, g, b]
-        };
-        pixels.iter().zip(&ends).zip(&gammas).map(one).collect()
-    }
-
-    /// `∫ exp(−σt·t) dt` from 0 to t, per channel; the fourth number fills a register.
-    fn weight(&self, t: f64) -> Terms<4> {
-        let [r, g, b] = self
-            .frame
-            .medium()
-            .sigma_t()
-            .map(|sigma| if sigma * t > 0.0 { -(-sigma * t).exp_m1() / sigma } else { t });
-        [r as f32, g as f32, b as f32, 0.0]
-    }
-
-    /// The light rays of a slice up to `reach`.
-    fn row(&self, plane: &SlicePlane, order: ColumnOrder, reach: f32) -> Row {
-        let columns = order.count() as u32;
-        let seen = Seen { cells: Cells::Exact, columns, split_over: 0.0 };
-        let mut row = Row::default();
-        let layer: Option<ShadowLayer<'_>> = self.frame.shadow().layers().next();
-        let line = layer.and_then(|layer| {
-            let eye = self.frame.camera().eye();
-            // An ulp further, so that the last cell is whole.
-            let reach = f64::from(reach) * (1.0 + 1e-6);
-            Some((MapLine::sun(layer.projection(), eye, plane, order, reach)?, layer))
-        });
-        // Two cells a texel, each cut at every column at the most.
-        row.clear(line.as_ref().map_or(0, |(line, _)| 2 * (line.columns * (columns + 2)) as usize) + 64);
-        row.push(0.0, columns);
-        if let Some((line, layer)) = line {
-            let LayerExtrema { tiles, width } = self.extrema.layer(0);
-            let flat: Vec<[f32; 2]> = tiles.iter().map(|[nearest, _]| [*nearest; 2]).collect();
-            let is_wrong = self.fault == Some(SliceFault::MinTakenForMax);
-            let tiles = if is_wrong { &flat } else { tiles };
-            row.append(simd_level(), &line, layer.texels(), LayerExtrema { tiles, width }, seen);
-            row.push(line.gamma.at(line.length), columns);
-        }
-        row.finish();
-        row
-    }
-
-    /// `σs·p·L` times the sum.
-    fn radiance(&self, [x, y]: [u32; 2], sum: [f32; 3]) -> [f32; 3] {
-        let Light::Directional(sun) = self.frame.light() else { return [0.0; 3] };
-        let cos_theta = -sun.direction().dot(self.frame.camera().pixel_ray(x, y).direction);
-        let scattering = self.frame.medium().scattering_towards(0.5 * (1.0 - cos_theta));
-        let strength = self.frame.light().strength();
-        std::array::from_fn(|c| (scattering[c] * strength[c] * f64::from(sum[c])) as f32)
     }
 }
 

@@ -1,0 +1,32 @@
+//! From slices to pixels, whatever sums a slice: the part that all techniques on epipolar slices share.
+//!
+//! [`SliceDriver`] lays slices, estimates how far apart they may be ([`SpacingEstimate`]), hands each as a [`SliceView`] with
+//! its [`SliceQueries`] to a [`SliceIntegrator`], halves the gaps between slices that differ ([`Refinement`]), and turns
+//! [`Shares`] of the unoccluded light into radiance ([`Resolve`]).
+
+mod borders;
+mod pass;
+mod pixels_between;
+mod queries;
+mod refinement;
+mod resolve;
+mod shares;
+mod slice_driver;
+mod slice_facts;
+mod slice_integrator;
+mod slice_view;
+mod spacing;
+
+pub use pass::Resampling;
+pub use queries::{OpenQueries, SliceQueries};
+pub use refinement::{MOST_HALVINGS, Refinement};
+pub use resolve::Resolve;
+pub use shares::{EMPTY, Shares};
+pub use slice_driver::{SliceDriver, SliceSettings};
+pub use slice_facts::SliceFacts;
+pub use slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup};
+pub use slice_view::{SliceAngles, SliceLight, SliceScene, SliceView};
+pub use spacing::{ErrorTarget, SpacingEstimate};
+
+pub(crate) use borders::Borders;
+pub(crate) use pixels_between::{Offsets, PixelsBetween};

@@ -1,0 +1,300 @@
+//! The slices of a fan, one after the other, and the pixels in the gaps between them.
+//!
+//! Each pixel lies in one gap and is answered by the two slices beside it, with its own depth, at its own column: no
+//! rectified result is resampled, so nothing blurs over depth edges. Between the two answers it is interpolated. Where
+//! they differ by more than the tolerance a further slice goes through the middle of the gap, for those pixels alone,
+//! and again: shafts' edges get fine slices, open air keeps coarse ones. (The paper resamples rectified results, and
+//! its slices are a pixel apart everywhere.)
+
+use scatter_core::at_level;
+
+use super::borders::Borders;
+use super::pixels_between::{Grid, Offsets, PixelsBetween};
+use super::queries::SliceQueries;
+use super::refinement::{MOST_HALVINGS, Refinement};
+use super::shares::Shares;
+use super::slice_integrator::{SliceIntegrator, SliceRoom};
+use super::slice_view::{SliceAngles, SliceScene, SliceView};
+use super::spacing::{COLUMN_STRIDE, ErrorTarget, SpacingEstimate};
+use crate::geometry::{ColumnOrder, Fan, FanPixels, Major, Slice};
+
+/// What the slices of a frame share.
+pub struct SlicePass<'a, I> {
+    pub scene: SliceScene<'a>,
+    pub integrator: &'a I,
+    pub slices: &'a [Slice],
+    pub shares: &'a Shares,
+    pub refinement: Refinement,
+    pub resampling: Resampling,
+    /// Measures gaps instead of filling them.
+    pub estimate: Option<(&'a SpacingEstimate, ErrorTarget)>,
+    /// Channels whose shares differ, 1 or 3.
+    pub channels: usize,
+    /// Where rays end that are longer.
+    pub longest: f32,
+}
+
+/// How pixels get a slice's answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Resampling {
+    /// Every pixel queries with its own depth.
+    #[default]
+    Pixels,
+    /// The paper's: a slice is integrated for one view ray a column, with the depth of the pixel nearest to it, and
+    /// pixels interpolate between the results.
+    Rectified,
+}
+
+/// Buffers of one worker, kept from frame to frame.
+#[derive(Debug, Default)]
+pub struct Worker<S> {
+    /// Those of the integrator.
+    pub scratch: S,
+    angles: SliceAngles,
+    queries: SliceQueries,
+    /// Pixels of the gap before a slice and behind it.
+    gaps: [PixelsBetween; 2],
+    /// Pixels whose gap is halved: a list for each half, a pair a depth of halving.
+    halves: [[PixelsBetween; 2]; MOST_HALVINGS as usize + 1],
+    /// The slice before, this one and the next one.
+    lines: [Borders; 3],
+    /// Slices that were integrated, and what they were asked.
+    pub counts: Counts,
+}
+
+/// Counts that do not depend on the machine.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counts {
+    pub slices: u64,
+    pub queries: u64,
+}
+
+impl<S> Worker<S> {
+    /// Grows all buffers to what any slice of such a frame may need, but the integrator's; forgets what was counted.
+    pub fn reserve(&mut self, room: &SliceRoom<'_>) {
+        let SliceRoom { columns, queries, channels, .. } = *room;
+        self.angles.reserve(columns);
+        self.queries.clear(queries, channels);
+        for list in self.gaps.iter_mut().chain(self.halves.iter_mut().flatten()) {
+            list.clear(queries / 2, channels);
+            list.list_none(columns, COLUMN_STRIDE as usize, channels);
+        }
+        self.lines.iter_mut().for_each(|line| line.reserve(columns));
+        self.counts = Counts::default();
+    }
+
+    /// Most queries of a slice in an image of so many columns.
+    pub fn most_queries(columns: usize, spacing: f64) -> usize {
+        // A pixel is beside a slice if it is within a spacing of it, measured across; 45° slices are √2 wider along a
+        // column.
+        columns * (2 * ((1.5 * spacing).ceil() as usize + 1))
+    }
+
+    /// Bytes held, but those of the integrator.
+    pub fn memory_bytes(&self) -> usize {
+        let lists = self.gaps.iter().chain(self.halves.iter().flatten());
+        self.angles.memory_bytes()
+            + self.queries.memory_bytes()
+            + lists.map(PixelsBetween::memory_bytes).sum::<usize>()
+            + self.lines.iter().map(Borders::memory_bytes).sum::<usize>()
+    }
+}
+
+impl<I: SliceIntegrator> SlicePass<'_, I> {
+    /// Fills the pixels of gaps `range` of a fan.
+    pub fn run(
+        &self,
+        fan: &Fan,
+        pixels: &FanPixels,
+        range: std::ops::Range<usize>,
+        worker: &mut Worker<I::Scratch>,
+    ) {
+        let slices = &self.slices[fan.first..][..fan.count];
+        let mut lines = std::mem::take(&mut worker.lines);
+        let [before, own, next] = &mut lines;
+        // The first slice has no gap of this range before it: its own line stands in for the one before.
+        own.follow(self.scene.simd, fan, pixels, slices, range.start);
+        let all = pixels.ranges.len();
+        worker.gaps[1].list_none(all, self.stride(), self.channels);
+        for index in range.start..=range.end {
+            if index < range.end {
+                next.follow(self.scene.simd, fan, pixels, slices, index + 1);
+            }
+            let has_before = index > range.start;
+            let first = if has_before { &*before } else { &*own };
+            let last = if index < range.end { &*next } else { &*own };
+            worker.gaps.swap(0, 1);
+            self.slice(fan, pixels, &slices[index], [first, own, last], worker);
+            if has_before {
+                let between = [&slices[index - 1], &slices[index]];
+                match self.estimate {
+                    Some(estimate) => self.measure_gap(fan, between, estimate, worker),
+                    None => self.finish_gap(fan, between, worker),
+                }
+            }
+            std::mem::swap(before, own);
+            std::mem::swap(own, next);
+        }
+        worker.lines = lines;
+    }
+
+    /// Integrates a slice for the pixels beside it: those of the gap before it, and those of the gap behind it, which it lists.
+    fn slice(
+        &self,
+        fan: &Fan,
+        pixels: &FanPixels,
+        slice: &Slice,
+        lines: [&Borders; 3],
+        worker: &mut Worker<I::Scratch>,
+    ) {
+        let channels = self.channels;
+        let [first, own, last] = lines;
+        let all = pixels.ranges.len();
+        let busy = |column: usize| {
+            first.pixels[column] < own.pixels[column] || own.pixels[column] < last.pixels[column]
+        };
+        let Some(from) = (0..all).find(|&column| busy(column)) else {
+            worker.gaps[1].list_none(all, self.stride(), channels);
+            return;
+        };
+        let to = (from..all).rev().find(|&column| busy(column)).unwrap_or(from) + 1;
+        let first_column = pixels.columns[0];
+        let width = self.scene.frame.size()[0];
+        let strides = if fan.major == Major::X { [1, width] } else { [width, 1] };
+        let first = first_column + from as u32;
+        let offsets = self.offsets(first_column, from..to, all);
+        let Worker { queries, gaps, .. } = worker;
+        at_level!(self.scene.simd, {
+            let [before, behind] = &mut *gaps;
+            behind.list(Grid { first_column, strides }, [own, last], offsets, channels);
+            behind.find_ends(self.scene.frame.depth().texels(), self.longest);
+            match self.resampling {
+                Resampling::Pixels => {
+                    queries.merge([before, behind], first_column, offsets.stride, first, channels);
+                }
+                Resampling::Rectified => {
+                    queries.merge_rectified([before, behind], lines, offsets, from, channels);
+                }
+            }
+        });
+        self.integrate(slice, fan, [first, first_column + to as u32], worker);
+        let Worker { queries, gaps: [before, behind], .. } = worker;
+        at_level!(self.scene.simd, {
+            for channel in 0..channels {
+                before.answer(1, channel, queries.shares(channel));
+                behind.answer(0, channel, queries.shares(channel));
+            }
+        });
+    }
+
+    /// The columns whose pixels query: all of a range, or a sample of them.
+    fn offsets(&self, first_column: u32, range: std::ops::Range<usize>, all: usize) -> Offsets {
+        let (stride, first) = (self.stride(), first_column as usize);
+        let start = (first + range.start).next_multiple_of(stride) - first;
+        Offsets { start, end: range.end.max(start), stride, all }
+    }
+
+    /// One column in how many queries.
+    fn stride(&self) -> usize {
+        if self.estimate.is_some() { COLUMN_STRIDE as usize } else { 1 }
+    }
+
+    /// Gives the pixels of a gap their shares, or halves it.
+    fn finish_gap(&self, fan: &Fan, between: [&Slice; 2], worker: &mut Worker<I::Scratch>) {
+        let mut pixels = std::mem::take(&mut worker.gaps[0]);
+        if self.finish(&mut pixels, 0) {
+            let mut lists = std::mem::take(&mut worker.halves[0]);
+            at_level!(self.scene.simd, lists[0].take_doubtful(&pixels, None, self.channels));
+            self.halve(fan, between, 0, &mut lists[0], worker);
+            worker.halves[0] = lists;
+        }
+        worker.gaps[0] = pixels;
+    }
+
+    /// Compares what a gap's two slices say of its middle with what a slice there says.
+    fn measure_gap(
+        &self,
+        fan: &Fan,
+        between: [&Slice; 2],
+        (estimate, target): (&SpacingEstimate, ErrorTarget),
+        worker: &mut Worker<I::Scratch>,
+    ) {
+        let pixels = std::mem::take(&mut worker.gaps[0]);
+        if !pixels.is_empty() {
+            let [a, b] = between;
+            let middle = Slice::through(&self.scene.epipole, fan.major, 0.5 * (a.exit + b.exit));
+            self.query_all(&middle, fan, &pixels, worker);
+            for channel in 0..self.channels {
+                let middle = worker.queries.shares(channel);
+                at_level!(
+                    self.scene.simd,
+                    estimate.count(target, &self.refinement, pixels.both(channel), middle)
+                );
+            }
+        }
+        worker.gaps[0] = pixels;
+    }
+
+    /// Queries a slice for pixels that come column by column.
+    fn query_all(&self, slice: &Slice, fan: &Fan, pixels: &PixelsBetween, worker: &mut Worker<I::Scratch>) {
+        at_level!(self.scene.simd, worker.queries.take(pixels, self.channels));
+        let [first, last] = pixels.span();
+        self.integrate(slice, fan, [first, last + 1], worker);
+    }
+
+    /// Writes the shares of the pixels of a gap; returns whether some are left to slices nearer to them.
+    fn finish(&self, pixels: &mut PixelsBetween, depth: u32) -> bool {
+        let channels = self.channels;
+        at_level!(self.scene.simd, {
+            let halves = depth < self.refinement.halvings;
+            let differ = (halves || self.refinement.walks_rest) && pixels.doubt(&self.refinement, channels);
+            pixels.put(self.shares, channels);
+            differ && halves
+        })
+    }
+
+    /// Puts a slice through the middle of a gap for some of its pixels, which come column by column.
+    fn halve(
+        &self,
+        fan: &Fan,
+        between: [&Slice; 2],
+        depth: u32,
+        pixels: &mut PixelsBetween,
+        worker: &mut Worker<I::Scratch>,
+    ) {
+        let channels = self.channels;
+        let [a, b] = between;
+        let middle = Slice::through(&self.scene.epipole, fan.major, 0.5 * (a.exit + b.exit));
+        self.query_all(&middle, fan, pixels, worker);
+        at_level!(self.scene.simd, {
+            let shares = [0, 1, 2].map(|channel| worker.queries.shares(channel));
+            pixels.halve(fan.major, [a, &middle, b], shares, channels);
+        });
+        if !self.finish(pixels, depth + 1) {
+            return;
+        }
+        let below = depth as usize + 1;
+        let mut halves = std::mem::take(&mut worker.halves[below]);
+        for (side, half) in halves.iter_mut().enumerate() {
+            at_level!(self.scene.simd, half.take_doubtful(pixels, Some(side), channels));
+            if !half.is_empty() {
+                let between = if side == 0 { [a, &middle] } else { [&middle, b] };
+                self.halve(fan, between, depth + 1, half, worker);
+            }
+        }
+        worker.halves[below] = halves;
+    }
+
+    /// Has the queries of a slice answered, whose columns count from `columns[0]`.
+    fn integrate(&self, slice: &Slice, fan: &Fan, columns: [u32; 2], worker: &mut Worker<I::Scratch>) {
+        let order = ColumnOrder { columns, ascending: fan.ascending == self.scene.epipole.outward };
+        let Worker { scratch, angles, queries, counts, .. } = worker;
+        counts.slices += 1;
+        counts.queries += queries.len() as u64;
+        at_level!(self.scene.simd, {
+            let slice = SliceView::new(self.scene, *slice, fan.major, order, angles);
+            let reach = queries.find_light_rays(slice.light, slice.sines(), slice.cosines());
+            self.integrator.integrate(&slice.up_to(reach), queries, scratch);
+        });
+    }
+}

@@ -1,0 +1,306 @@
+//! Everything of a frame but the sums: slices are laid, their spacing is estimated, they are integrated on all threads, and
+//! what they found becomes an image.
+
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
+use scatter_core::{Frame, Level, RenderStats, ScatterImage, StageClock, Window, at_level, simd_level};
+
+use super::pass::{Resampling, SlicePass, Worker};
+use super::refinement::Refinement;
+use super::resolve::Resolve;
+use super::shares::Shares;
+use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup};
+use super::slice_view::SliceScene;
+use super::spacing::{ErrorTarget, SpacingEstimate, SpacingSearch, stride};
+use crate::geometry::{Epipole, FanPixels, Slice, SliceMap, SliceSet};
+use crate::rows::MinMaxTiles;
+
+/// Slices a radian, at least, where the spacing is measured: fewer, and the sample has no gaps.
+const FEWEST_SLICES: f64 = 100.0;
+
+/// Gaps of a task. More keep threads idle at the end of a frame, fewer integrate more slices twice.
+const TASK: usize = 32;
+
+/// How slices are laid and refined.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SliceSettings {
+    /// Distance of slices \[pixels\], 1/16 to 16.
+    pub spacing: f64,
+    /// Slices a radian of the image's middle, at least, where the spacing is not measured; > 0.
+    pub fewest_slices: f64,
+    /// What the spacing is measured for: it shrinks from `spacing` on until the target is kept. `None` takes it as it is.
+    pub target: Option<ErrorTarget>,
+    /// When a further slice goes between two that differ.
+    pub refinement: Refinement,
+    /// How pixels get a slice's answers.
+    pub resampling: Resampling,
+}
+
+/// Renders frames with whatever sums their slices; all buffers are kept from frame to frame.
+///
+/// The same bits for any number of threads: every pixel is written by the one task that owns its gap. Time: the integrator's
+/// for each slice, of which there are about `2·(width + height)/spacing` and more where they are halved; one pass over
+/// the shadow map for its tiles; and some nanoseconds a pixel to list it, to interpolate and to resolve. Memory: a few
+/// numbers a pixel, a column and a texel column, per worker.
+#[derive(Debug)]
+pub struct SliceDriver<I: SliceIntegrator> {
+    /// What sums the slices.
+    pub integrator: I,
+    simd: Level,
+    slices: SliceSet,
+    fan_pixels: Vec<FanPixels>,
+    /// Fan and first gap of each task.
+    tasks: Vec<(usize, usize)>,
+    tiles: MinMaxTiles,
+    shares: Shares,
+    workers: Vec<Worker<I::Scratch>>,
+}
+
+impl<I: SliceIntegrator> SliceDriver<I> {
+    /// For the CPU that it runs on.
+    pub fn new(integrator: I) -> Self {
+        Self {
+            integrator,
+            simd: simd_level(),
+            slices: SliceSet::default(),
+            fan_pixels: Vec::new(),
+            tasks: Vec::new(),
+            tiles: MinMaxTiles::default(),
+            shares: Shares::default(),
+            workers: Vec::new(),
+        }
+    }
+
+    /// Fills `out` with a frame that a perspective camera sees.
+    ///
+    /// A pixel's radiance is its unoccluded closed form times the share that its two slices find lit, interpolated between
+    /// them; where nothing casts a shadow it is the closed form.
+    pub fn render(
+        &mut self,
+        frame: &Frame<'_>,
+        settings: &SliceSettings,
+        out: &mut ScatterImage,
+    ) -> RenderStats {
+        let mut stats = RenderStats::default();
+        let mut clock = StageClock::start();
+        let epipole = Epipole::new(frame.camera(), frame.light());
+        let spacing = self.lay_first(frame, &epipole, settings);
+        let channels = self.set_up(frame, epipole, spacing);
+        clock.lap(&mut stats, "set-up");
+
+        // A texture colours light that nothing shadows, too.
+        let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
+        let integrates = shadowed && self.integrator.is_accurate();
+        if integrates && self.integrator.reads_tiles() {
+            self.tiles.rebuild(self.simd, frame.shadow());
+        }
+        clock.lap(&mut stats, "extrema");
+
+        let spacing = if integrates {
+            self.integrate(frame, epipole, (spacing, channels), settings, (&mut stats, &mut clock))
+        } else {
+            spacing
+        };
+        clock.lap(&mut stats, "slices");
+
+        let walked = self.resolve(frame, shadowed.then_some(channels), out);
+        clock.lap(&mut stats, "resolve");
+
+        let sum = |count: fn(&Worker<I::Scratch>) -> u64| self.workers.iter().map(count).sum::<u64>();
+        stats.counts.push("slices", sum(|worker| worker.counts.slices));
+        stats.counts.push("spacing in 1/64 pixel", (64.0 * spacing).round() as u64);
+        self.integrator.report(&mut self.workers.iter().map(|worker| &worker.scratch), &mut stats);
+        stats.counts.push("queries", sum(|worker| worker.counts.queries));
+        stats.counts.push("walked pixels", walked);
+        stats.memory_bytes = self.memory_bytes();
+        stats
+    }
+
+    /// The slices of the last frame and the pixels between them.
+    pub fn slice_map(&self) -> SliceMap<'_> {
+        SliceMap { slices: &self.slices, pixels: &self.fan_pixels }
+    }
+
+    /// Lays slices at the spacing to begin with, which it returns, with room for what the next frame may need.
+    fn lay_first(&mut self, frame: &Frame<'_>, epipole: &Epipole, settings: &SliceSettings) -> f64 {
+        let [width, height] = frame.size().map(f64::from);
+        // Pixels a radian in the middle of the image, along the coarser axis.
+        let Window { left, right, bottom, top } = frame.camera().window();
+        let per_radian = (width / (right - left).abs()).min(height / (top - bottom).abs());
+        // A measured spacing needs no such guess.
+        let fewest = if settings.target.is_some() { FEWEST_SLICES } else { settings.fewest_slices };
+        let spacing = settings.spacing.min(per_radian / fewest);
+        // However the spacing of the next frame turns out.
+        let finest = settings.target.map_or(spacing, |target| target.finest.min(spacing));
+        let most = self.slices.reserve(frame.size(), finest);
+        self.tasks.reserve((most / TASK + 16).saturating_sub(self.tasks.len()));
+        self.lay(frame, epipole, spacing);
+        spacing
+    }
+
+    /// Distributes slices, finds the pixels of their fans, and cuts the gaps into tasks.
+    fn lay(&mut self, frame: &Frame<'_>, epipole: &Epipole, spacing: f64) {
+        self.slices.distribute(epipole, frame.size(), spacing);
+        self.fan_pixels.resize_with(self.slices.fans.len().max(self.fan_pixels.len()), FanPixels::default);
+        self.tasks.clear();
+        for (index, fan) in self.slices.fans.iter().enumerate() {
+            self.fan_pixels[index].find(epipole, frame.size(), fan, &self.slices.slices);
+            self.tasks.extend((0..fan.count - 1).step_by(TASK).map(|first| (index, first)));
+        }
+    }
+
+    /// Prepares the integrator and all buffers; returns for how many channels.
+    fn set_up(&mut self, frame: &Frame<'_>, epipole: Epipole, spacing: f64) -> usize {
+        let longest = frame.depth().texels().iter().fold(0.0f32, |a, &b| a.max(b));
+        let longest_ray = f64::from(longest).min(frame.max_distance());
+        self.integrator.set_up(&SliceSetup { frame, epipole, slices: &self.slices, longest_ray });
+        let channels = if frame.texture().is_some() { 3 } else { self.integrator.channels() };
+        let [width, height] = frame.size().map(|side| side as usize);
+        self.shares.clear(width * height, channels);
+        self.workers.resize_with(worker_count(), Worker::default);
+        let columns = width.max(height);
+        let queries = Worker::<I::Scratch>::most_queries(columns, spacing);
+        let room = SliceRoom { frame, columns, queries, runs: most_runs(frame, columns), channels };
+        for worker in &mut self.workers {
+            worker.reserve(&room);
+            self.integrator.reserve(&room, &mut worker.scratch);
+        }
+        channels
+    }
+
+    /// Integrates all slices, after their spacing was measured where that is asked for; returns it.
+    fn integrate(
+        &mut self,
+        frame: &Frame<'_>,
+        epipole: Epipole,
+        (mut spacing, channels): (f64, usize),
+        settings: &SliceSettings,
+        (stats, clock): (&mut RenderStats, &mut StageClock),
+    ) -> f64 {
+        if let Some(target) = settings.target {
+            let mut search = SpacingSearch::new(spacing, target.finest);
+            while search.goes_on() {
+                let estimate = SpacingEstimate::default();
+                self.run(frame, epipole, channels, settings, Some((&estimate, target)));
+                search.learn(estimate.excess(target));
+                if search.spacing != spacing {
+                    spacing = search.spacing;
+                    self.lay(frame, &epipole, spacing);
+                }
+            }
+            clock.lap(stats, "probe");
+        }
+        self.run(frame, epipole, channels, settings, None);
+        spacing
+    }
+
+    /// Fills all gaps, or measures a sample of them.
+    fn run(
+        &mut self,
+        frame: &Frame<'_>,
+        epipole: Epipole,
+        channels: usize,
+        settings: &SliceSettings,
+        estimate: Option<(&SpacingEstimate, ErrorTarget)>,
+    ) {
+        let longest = self.integrator.longest_ray().min(frame.max_distance()) as f32;
+        let pass = SlicePass {
+            scene: SliceScene { frame, epipole, tiles: &self.tiles, simd: self.simd },
+            integrator: &self.integrator,
+            slices: &self.slices.slices,
+            shares: &self.shares,
+            refinement: settings.refinement,
+            resampling: settings.resampling,
+            estimate,
+            channels,
+            longest,
+        };
+        let fans = &self.slices.fans;
+        let stride = stride(self.slices.slices.len());
+        let next = AtomicUsize::new(0);
+        let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
+        for_each_worker(&mut self.workers, |worker| {
+            while let Some(&(fan, first)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let end = (first + TASK).min(fans[fan].count - 1);
+                if estimate.is_some() {
+                    for gap in (first..end).filter(|gap| gap % stride == stride / 2) {
+                        pass.run(&fans[fan], &fan_pixels[fan], gap..gap + 1, worker);
+                    }
+                } else {
+                    pass.run(&fans[fan], &fan_pixels[fan], first..end, worker);
+                }
+            }
+        });
+    }
+
+    /// Turns shares into an image; returns how many pixels no slice had answered. `channels` is `None` if nothing casts a
+    /// shadow.
+    fn resolve(&self, frame: &Frame<'_>, channels: Option<usize>, out: &mut ScatterImage) -> u64 {
+        let (inscattered, transmittance) = out.overwritten(frame.size());
+        let resolve = Resolve::new(frame, channels.map(|channels| (&self.shares, channels)), self.simd);
+        let walked = AtomicU64::new(0);
+        let simd = self.simd;
+        let width = frame.size()[0] as usize;
+        for_each_row(inscattered, transmittance, width, |y, inscattered, transmittance| {
+            let count = at_level!(simd, resolve.row(y as u32, inscattered, transmittance));
+            walked.fetch_add(count, Ordering::Relaxed);
+        });
+        walked.into_inner()
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let slices = self.slices.slices.capacity() * size_of::<Slice>();
+        let pixels = self.fan_pixels.iter().map(|fan| fan.ranges.capacity() * size_of::<[i32; 2]>());
+        let workers =
+            self.workers.iter().map(|worker| worker.memory_bytes() + I::scratch_bytes(&worker.scratch));
+        let tasks = self.tasks.capacity() * size_of::<(usize, usize)>();
+        let tables = self.integrator.memory_bytes() + self.tiles.memory_bytes() + self.shares.memory_bytes();
+        (slices + tasks + tables + pixels.chain(workers).sum::<usize>()) as u64
+    }
+}
+
+/// Most runs of a slice's row.
+fn most_runs(frame: &Frame<'_>, columns: usize) -> usize {
+    let sides = || frame.shadow().layers().map(|layer| layer.projection().size());
+    let side = sides().flatten().max().unwrap_or(0) as usize;
+    // Every texel column has two cells. A half-plane of a lamp crosses four faces at the most; a sun's may cross every
+    // cascade. Around the epipole cells are split.
+    let layers = sides().count();
+    let lines = if frame.light().position().is_some() { 4 } else { layers.max(4) };
+    2 * lines * side + 8 * columns + 64
+}
+
+fn worker_count() -> usize {
+    #[cfg(feature = "rayon")]
+    return rayon::current_num_threads();
+    #[cfg(not(feature = "rayon"))]
+    1
+}
+
+fn for_each_worker<W: Send>(workers: &mut [W], work: impl Fn(&mut W) + Sync + Send) {
+    #[cfg(feature = "rayon")]
+    {
+        use rayon::prelude::*;
+        workers.par_iter_mut().with_max_len(1).for_each(work);
+    }
+    #[cfg(not(feature = "rayon"))]
+    workers.iter_mut().for_each(work);
+}
+
+fn for_each_row(
+    a: &mut [[f32; 3]],
+    b: &mut [[f32; 3]],
+    width: usize,
+    work: impl Fn(usize, &mut [[f32; 3]], &mut [[f32; 3]]) + Sync,
+) {
+    #[cfg(feature = "rayon")]
+    {
+        use rayon::prelude::*;
+        a.par_chunks_mut(width)
+            .zip(b.par_chunks_mut(width))
+            .enumerate()
+            .for_each(|(y, (a, b))| work(y, a, b));
+    }
+    #[cfg(not(feature = "rayon"))]
+    a.chunks_mut(width).zip(b.chunks_mut(width)).enumerate().for_each(|(y, (a, b))| work(y, a, b));
+}

@@ -1,0 +1,204 @@
+//! The nearest and the farthest depth of each tile of a shadow map, so that a row steps over what is one run anyway.
+//!
+//! Indoors most light ends at a roof before any view ray sees it, outdoors most of it reaches the ground behind all of
+//! them: whole stretches of a row are lit for no column, or for every one. Sixteen texels that cannot differ are known by
+//! their extrema. (Min/max trees along rows, as in Chen et al. 2011, have to be built for each slice; these tiles are
+//! built once a frame, in one pass over the map.)
+
+use scatter_core::{Level, ShadowMap, at_level};
+
+/// Most maps of one light: six faces, or sixteen cascades.
+pub const MAX_LAYERS: usize = 16;
+
+/// Texels along a side of the tiles that rows step over: a register of the widest kind. Fewer cost more than they let rows
+/// step over.
+pub const TILE_SIDE: usize = 16;
+
+/// Texels along a side of the finest tiles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TileSide {
+    /// 4: the leaves of a tree that single rays descend.
+    Four,
+    /// 8.
+    Eight,
+    /// [`TILE_SIDE`]: what rows step over.
+    #[default]
+    Sixteen,
+}
+
+/// Extrema of the tiles of all layers of a shadow map, in one level or in all of them: the base of a 2D min/max tree.
+///
+/// Level 0 has tiles of a [`TileSide`], each further level tiles of twice the side, up to a level of one tile. Depths are those
+/// of the map: `+∞` is no surface.
+#[derive(Debug, Clone, Default)]
+pub struct MinMaxTiles {
+    /// `[nearest, farthest]` depth a tile, row by row, level by level, layer by layer.
+    extrema: Vec<[f32; 2]>,
+    levels: Vec<LevelPlace>,
+    /// First level of each layer.
+    firsts: Vec<usize>,
+}
+
+/// Where the tiles of one level of one layer are.
+#[derive(Debug, Clone, Copy)]
+struct LevelPlace {
+    first: usize,
+    size: [usize; 2],
+}
+
+/// Extrema of the tiles of one level of one layer.
+#[derive(Debug, Clone, Copy)]
+pub struct LayerTiles<'a> {
+    /// `[nearest, farthest]` depth a tile, `[row][column]`; ∞ is no surface.
+    pub extrema: &'a [[f32; 2]],
+    /// Tiles along a row.
+    pub width: usize,
+}
+
+impl MinMaxTiles {
+    /// Reads all layers of a shadow map for the tiles that rows step over: once, at the speed of memory.
+    pub fn rebuild(&mut self, simd: Level, map: &ShadowMap<'_>) {
+        self.lay_out(map, TILE_SIDE, false);
+        self.fill_finest::<TILE_SIDE>(simd, map);
+    }
+
+    /// Reads all layers of a shadow map and makes every level. A third more than the finest level costs.
+    pub fn rebuild_levels(&mut self, simd: Level, map: &ShadowMap<'_>, finest: TileSide) {
+        let side = match finest {
+            TileSide::Four => 4,
+            TileSide::Eight => 8,
+            TileSide::Sixteen => 16,
+        };
+        self.lay_out(map, side, true);
+        match finest {
+            TileSide::Four => self.fill_finest::<4>(simd, map),
+            TileSide::Eight => self.fill_finest::<8>(simd, map),
+            TileSide::Sixteen => self.fill_finest::<16>(simd, map),
+        }
+        for layer in 0..self.firsts.len() {
+            for level in 1..self.level_count(layer) {
+                let [below, own] = [level - 1, level].map(|level| self.levels[self.firsts[layer] + level]);
+                // A level lies behind the one below it.
+                let (finer, coarser) = self.extrema.split_at_mut(own.first);
+                let finer = &finer[below.first..];
+                for (row, tiles) in coarser[..own.size[0] * own.size[1]].chunks_mut(own.size[0]).enumerate() {
+                    for (column, tile) in tiles.iter_mut().enumerate() {
+                        *tile = [f32::INFINITY, f32::NEG_INFINITY];
+                        for y in 2 * row..(2 * row + 2).min(below.size[1]) {
+                            for x in 2 * column..(2 * column + 2).min(below.size[0]) {
+                                let [near, far] = finer[y * below.size[0] + x];
+                                *tile = [tile[0].min(near), tile[1].max(far)];
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Number of levels of a layer of the map that was read last, the finest included.
+    pub fn level_count(&self, layer: usize) -> usize {
+        let end = self.firsts.get(layer + 1).copied().unwrap_or(self.levels.len());
+        end - self.firsts[layer]
+    }
+
+    /// The finest tiles of layer `index` of the map that was read last.
+    pub fn layer(&self, index: usize) -> LayerTiles<'_> {
+        self.level(index, 0)
+    }
+
+    /// The finest tiles of a layer, to be changed: rows believe what they say.
+    pub fn layer_mut(&mut self, index: usize) -> &mut [[f32; 2]] {
+        let LevelPlace { first, size: [width, height] } = self.levels[self.firsts[index]];
+        &mut self.extrema[first..first + width * height]
+    }
+
+    /// The tiles of one level of a layer; level 0 is the finest.
+    pub fn level(&self, layer: usize, level: usize) -> LayerTiles<'_> {
+        let LevelPlace { first, size: [width, height] } = self.levels[self.firsts[layer] + level];
+        LayerTiles { extrema: &self.extrema[first..first + width * height], width }
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        self.extrema.capacity() * size_of::<[f32; 2]>()
+            + self.levels.capacity() * size_of::<LevelPlace>()
+            + self.firsts.capacity() * size_of::<usize>()
+    }
+
+    /// Finds where the levels of all layers lie.
+    fn lay_out(&mut self, map: &ShadowMap<'_>, side: usize, all_levels: bool) {
+        /// Levels of the largest map: 65,536 texels a side in tiles of four.
+        const MOST_LEVELS: usize = 15;
+        self.levels.clear();
+        self.firsts.clear();
+        self.levels.reserve(if all_levels { MAX_LAYERS * MOST_LEVELS } else { MAX_LAYERS });
+        self.firsts.reserve(MAX_LAYERS);
+        let mut count = 0;
+        for layer in map.layers() {
+            self.firsts.push(self.levels.len());
+            let mut size = layer.projection().size().map(|texels| (texels as usize).div_ceil(side));
+            loop {
+                self.levels.push(LevelPlace { first: count, size });
+                count += size[0] * size[1];
+                if !all_levels || size == [1, 1] {
+                    break;
+                }
+                size = size.map(|tiles| tiles.div_ceil(2));
+            }
+        }
+        if self.extrema.len() < count {
+            self.extrema.resize(count, [0.0; 2]);
+        }
+    }
+
+    fn fill_finest<const SIDE: usize>(&mut self, simd: Level, map: &ShadowMap<'_>) {
+        for (&index, layer) in self.firsts.iter().zip(map.layers()) {
+            let LevelPlace { first, size: [width, height] } = self.levels[index];
+            let tiles = &mut self.extrema[first..first + width * height];
+            let columns = layer.projection().size()[0] as usize;
+            for_each_row(tiles, width, |row, tiles| {
+                let texels = &layer.texels()[row * SIDE * columns..];
+                let texels = &texels[..texels.len().min(SIDE * columns)];
+                at_level!(simd, fill_row::<SIDE>(tiles, texels, columns));
+            });
+        }
+    }
+}
+
+/// Columns that are read side by side, row after row: sixteen cache lines, which is what memory likes to be asked for.
+const STRIP: usize = 256;
+
+/// A row of tiles of a side; at most as many rows of texels.
+#[inline(always)]
+fn fill_row<const SIDE: usize>(tiles: &mut [[f32; 2]], texels: &[f32], columns: usize) {
+    for (strip, tiles) in tiles.chunks_mut(STRIP / SIDE).enumerate() {
+        let first = strip * STRIP;
+        let width = STRIP.min(columns - first);
+        // One lane a column. Depths are never NaN.
+        let (mut near, mut far) = ([f32::INFINITY; STRIP], [f32::NEG_INFINITY; STRIP]);
+        for row in texels.chunks_exact(columns) {
+            let lanes = near.iter_mut().zip(&mut far).zip(&row[first..first + width]);
+            for ((near, far), &depth) in lanes {
+                *near = if depth < *near { depth } else { *near };
+                *far = if depth > *far { depth } else { *far };
+            }
+        }
+        let lanes = near.chunks_exact(SIDE).zip(far.chunks_exact(SIDE));
+        for (tile, (near, far)) in tiles.iter_mut().zip(lanes) {
+            let nearest = near.iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
+            let farthest = far.iter().fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
+            *tile = [nearest, farthest];
+        }
+    }
+}
+
+fn for_each_row(tiles: &mut [[f32; 2]], width: usize, work: impl Fn(usize, &mut [[f32; 2]]) + Sync + Send) {
+    #[cfg(feature = "rayon")]
+    {
+        use rayon::prelude::*;
+        tiles.par_chunks_mut(width.max(1)).enumerate().for_each(|(row, tiles)| work(row, tiles));
+    }
+    #[cfg(not(feature = "rayon"))]
+    tiles.chunks_mut(width.max(1)).enumerate().for_each(|(row, tiles)| work(row, tiles));
+}

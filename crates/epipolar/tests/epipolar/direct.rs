@@ -1,0 +1,49 @@
+//! Two integrators on one driver: Baran's factors against the direct sum of closed forms, over all lights and maps.
+
+use epipolar::driver::{SliceDriver, SliceIntegrator};
+use epipolar::{Baran, DirectIntegrator};
+use proptest::prelude::*;
+use scatter_core::{RayLight, ScatterImage};
+
+use crate::cases::{Case, cases};
+use crate::judged::uniform;
+
+/// A scene's image by an integrator, on even slices a pixel apart.
+fn image<I: SliceIntegrator>(case: Case, integrator: I) -> ScatterImage {
+    let settings = uniform(1.0).slices();
+    case.scene().with(|frame| {
+        let mut out = ScatterImage::new();
+        let stats = SliceDriver::new(integrator).render(frame, &settings, &mut out);
+        assert!(stats.counts.get("queries").is_some_and(|count| count > 0), "the slices were integrated");
+        out
+    })
+}
+
+/// What the factors may be off by, of the unoccluded radiance: a sun's eight terms are exact to the reading of their tables
+/// (`Factors::bound`: 5e-4 for the worst visibility), a lamp's are measured and walked where they are worse than 4e-3.
+const MOST: [f64; 2] = [1e-3, 6e-3];
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn factors_find_what_the_direct_sum_finds(case in cases()) {
+        let factored = image(case, Baran::new(uniform(1.0).sums()));
+        let direct = image(case, DirectIntegrator::default());
+        case.scene().with(|frame| {
+            let most = MOST[usize::from(frame.light().position().is_some())];
+            let width = frame.size()[0];
+            for (index, (a, b)) in factored.inscattered().iter().zip(direct.inscattered()).enumerate() {
+                let (x, y) = (index as u32 % width, index as u32 / width);
+                let ray = frame.camera().pixel_ray(x, y);
+                let light = RayLight::new(frame.light(), frame.medium(), frame.camera().eye(), &ray);
+                let whole = light.interval(0.0, frame.ray_end(x, y)).to_array();
+                for channel in 0..3 {
+                    let off = f64::from((a[channel] - b[channel]).abs());
+                    prop_assert!(off <= most * whole[channel] + 1e-30, "pixel {x} {y}: {a:?} {b:?} of {whole:?}");
+                }
+            }
+            Ok(())
+        })?;
+    }
+}
