@@ -2,6 +2,7 @@
 
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{
+    Capabilities,
     Camera, Frame, Light, Medium, OptionError, Phase, RenderError, RenderStats, ScatterImage, SceneFacts,
     Target, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
 };
