@@ -102,9 +102,10 @@ fn try_every_light(size: [u32; 2]) -> Vec<String> {
     let wide = Light::spot([0.0, 3.0, 0.0], down, [5.0; 3], 40.0, 88.0, 0.0).unwrap();
     let point = Light::point([0.0, 3.0, 0.0], [5.0; 3], 0.0).unwrap();
     let cube = || ShadowMap::Cube(CubeShadow::new([0.0, 3.0, 0.0], 64, &texels).unwrap());
+    let cascades = [parallel(2.0), parallel(5.0)];
     let shadows = [
         (&sun, ShadowMap::Orthographic(parallel(5.0))),
-        (&sun, ShadowMap::Cascades(vec![parallel(2.0), parallel(5.0)])),
+        (&sun, ShadowMap::Cascades(&cascades)),
         (&spot, ShadowMap::Perspective(ShadowLayer::new(cone, &texels[..64 * 64]).unwrap())),
         (&wide, cube()),
         (&point, cube()),
@@ -120,7 +121,7 @@ fn try_every_light(size: [u32; 2]) -> Vec<String> {
         for textured in [false, true] {
             let [first, second] = [&camera, &moved].map(|camera| {
                 let frame = Frame::new(camera, depth, light, shadow, &medium, 20.0).unwrap();
-                if textured { frame.with_texture(&texture) } else { frame }
+                if textured { frame.with_texture(&texture).unwrap() } else { frame }
             });
             for (name, mut instance) in instances(&SceneFacts::of(&first), size == SIZES[1]) {
                 if instance.supports(&first).is_err() {

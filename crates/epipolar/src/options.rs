@@ -116,7 +116,7 @@ impl Options {
         let Self { rank, factor_error, factorisation, uncut_columns, integrator, cells, around, .. } = *self;
         let ring_sine = match around {
             Around::Bands => 0.0,
-            Around::Ring => RING_DEGREES.to_radians().sin() as f32,
+            Around::Ring => RING_DEGREES.to_radians().sin(),
         };
         BaranSettings {
             rank,
@@ -143,7 +143,7 @@ impl Options {
                 technique: ID,
                 key: "error",
                 value: error.to_string(),
-                range: "a number in (0, 1)",
+                range: "a number in (0, 1)".into(),
             });
         }
         let fine = Self::for_quality(Quality::Film, size);

@@ -1,13 +1,33 @@
 //! The technique: Baran's integrator on the slice driver.
 
 use scatter_core::{
-    Frame, Phase, Projection, RenderError, RenderStats, ScatterImage, ShadowMap, Unsupported,
-    VolumetricShadow,
+    CameraKind, Capabilities, ExtinctionKind, Frame, LightKind, Limits, MAX_CASCADES, MapKind, PhaseKind,
+    RenderError, RenderStats, ScatterImage, VolumetricShadow,
 };
 
 use crate::baran::{Baran, MOST_LAMP_G};
 use crate::driver::SliceDriver;
 use crate::options::{ID, Options};
+
+/// View rays that meet in an eye: no orthographic camera. Texel indices are u32.
+pub(crate) const CAPABILITIES: Capabilities = Capabilities {
+    lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    glass: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    maps: &[
+        MapKind::Unshadowed,
+        MapKind::Orthographic,
+        MapKind::Perspective,
+        MapKind::Cube,
+        MapKind::Faces,
+        MapKind::Cascades,
+    ],
+    cameras: &[CameraKind::Perspective, CameraKind::OffCentre],
+    extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
+    phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
+    phase_sums: true,
+    endless_rays: true,
+    limits: Limits { sun_g: 1.0, lamp_g: MOST_LAMP_G, cascades: MAX_CASCADES, layer_texels: u32::MAX as u64 },
+};
 
 /// Epipolar integration of volumetric shadows (Baran et al. 2010, and what goes beyond it: the crate's page).
 ///
@@ -32,41 +52,12 @@ impl VolumetricShadow for Epipolar {
         ID
     }
 
-    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
-        let unsupported = |reason| Err(Unsupported { reason });
-        if frame.camera().projection() == Projection::Orthographic {
-            return unsupported("an orthographic camera: its view rays do not meet in an eye");
-        }
-        if frame.shadow().layers().any(|layer| layer.texels().len() > u32::MAX as usize) {
-            return unsupported("a shadow map of more than 4,294,967,295 texels");
-        }
-        let needle = |phase: &Phase| matches!(phase, Phase::HenyeyGreenstein { g } if g.abs() > MOST_LAMP_G);
-        let components = frame.medium().components();
-        if frame.light().position().is_some() && components.iter().any(|component| needle(&component.phase)) {
-            return unsupported(
-                "a lamp in a medium whose |g| is above 0.99: its lobe is thinner than the factors' tables",
-            );
-        }
-        match frame.shadow() {
-            ShadowMap::Cascades(_) => unsupported("cascades: give one map"),
-            _ => Ok(()),
-        }
+    fn capabilities(&self) -> Capabilities {
+        CAPABILITIES
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
         self.supports(frame)?;
-        let mut stats = self.driver.render(frame, &self.options.slices(), out);
-        let medium = frame.medium();
-        let modelled = [
-            ("transmittance", medium.sigma_t().iter().any(|&sigma| sigma > 0.0)),
-            ("rgb-extinction", !medium.is_grey()),
-            ("phase", medium.components().iter().any(|component| !component.phase.is_isotropic())),
-            ("light-texture", frame.texture().is_some()),
-            ("shadow-map", frame.shadow().casts_shadow()),
-        ];
-        for (name, _) in modelled.into_iter().filter(|(_, is_modelled)| *is_modelled) {
-            stats.modelled.push(name, ());
-        }
-        Ok(stats)
+        Ok(self.driver.render(frame, &self.options.slices(), out))
     }
 }

@@ -54,9 +54,10 @@ impl Baseline<'_> {
             Outcome::Measured(image) => {
                 against(shot, (SHADOW_MAP_TRUTH, truth), (self.technique.info().id, &image))
             }
-            Outcome::Unsupported(unsupported) => {
-                Err(MatrixError::Baseline { shot: shot.name().to_string(), reason: unsupported.reason })
-            }
+            Outcome::Unsupported(unsupported) => Err(MatrixError::Baseline {
+                shot: shot.name().to_string(),
+                reason: unsupported.reason.into(),
+            }),
         }
     }
 }

@@ -100,7 +100,7 @@ pub enum MatrixError {
         /// The shot.
         shot: String,
         /// The assumption that the shot breaks.
-        reason: &'static str,
+        reason: String,
     },
     /// A pool of one thread that cannot be made.
     #[error("one thread cannot be started: {0}")]
@@ -184,7 +184,7 @@ impl Matrix<'_> {
             let measurement = match self.measured(technique, &options, &shot)? {
                 Outcome::Measured(measurement) => measurement,
                 Outcome::Unsupported(unsupported) => {
-                    rows.push(self.unsupported_row(&shot, id, unsupported.reason));
+                    rows.push(self.unsupported_row(&shot, id, &unsupported.reason));
                     continue;
                 }
             };

@@ -4,7 +4,7 @@
 //! is exact to the rounding of the row: what [`Baran`](super::Baran) is tested against, and the shortest example of a
 //! [`SliceIntegrator`].
 
-use scatter_core::{Frame, RayLight};
+use scatter_core::{Medium, RayLight};
 
 use crate::driver::{SliceIntegrator, SliceQueries, SliceSetup, SliceView};
 use crate::rows::{Row, TexturedRow};
@@ -30,7 +30,7 @@ impl SliceIntegrator for DirectIntegrator {
     type Scratch = DirectScratch;
 
     fn set_up(&mut self, setup: &SliceSetup<'_>) {
-        self.channels = channels_of(setup.frame);
+        self.channels = channels_of(setup.setup.medium());
     }
 
     fn channels(&self) -> usize {
@@ -80,9 +80,9 @@ impl SliceIntegrator for DirectIntegrator {
 }
 
 /// Channels whose shares differ: one where all three see the same medium by the same phase functions.
-fn channels_of(frame: &Frame<'_>) -> usize {
+fn channels_of(medium: &Medium) -> usize {
     let alike = |sigma: [f64; 3]| sigma[0] == sigma[1] && sigma[1] == sigma[2];
-    let components = frame.medium().components();
+    let components = medium.components();
     let scatters_alike = components.len() == 1 || components.iter().all(|component| alike(component.sigma_s));
-    if frame.medium().is_grey() && scatters_alike { 1 } else { 3 }
+    if medium.is_grey() && scatters_alike { 1 } else { 3 }
 }

@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use scatter_core::{Frame, Light, Medium, SpotLight};
+use scatter_core::{Light, Medium, Setup, SpotLight};
 
 use super::bands::Bands;
 use super::factor::{Factorisation, Factors, LampBands, LampMedium};
@@ -19,7 +19,7 @@ const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 17.0;
 /// Intervals of a lamp's table over γ in [0, 2]. Fewer blur the cone's edge, more cost every slice.
 const TURNS: usize = 1024;
 
-/// Factors of all channels of a frame.
+/// Factors of all channels of a setup.
 #[derive(Debug, Default)]
 pub struct Integrand {
     channels: usize,
@@ -71,9 +71,9 @@ pub struct Precision {
 
 impl Integrand {
     /// Factorises the integrand of a frame whose view rays are at most `longest` long.
-    pub fn rebuild(&mut self, frame: &Frame<'_>, bands: Bands, longest: f64, precision: Precision) {
-        let medium = frame.medium();
-        match frame.light() {
+    pub fn rebuild(&mut self, setup: &Setup<'_>, bands: Bands, longest: f64, precision: Precision) {
+        let medium = setup.medium();
+        match setup.light() {
             Light::Directional(_) => {
                 self.lamp.clear();
                 self.bands = Some(bands);
@@ -87,8 +87,8 @@ impl Integrand {
                 self.sun.clear();
                 self.bands = None;
                 self.channels = if scatters_alike(medium) { 1 } else { 3 };
-                let position = frame.light().position().unwrap_or_default();
-                let distance = (position - frame.camera().eye()).length();
+                let position = setup.light().position().unwrap_or_default();
+                let distance = (position - setup.camera().eye()).length();
                 if self.turns.is_empty() {
                     self.turns.extend((0..TURNS).map(|interval| {
                         let middle = (interval as f64 + 0.5) * (2.0 / TURNS as f64);

@@ -82,14 +82,14 @@ impl SliceIntegrator for Baran {
     type Scratch = BaranScratch;
 
     fn set_up(&mut self, setup: &SliceSetup<'_>) {
-        let SliceSetup { frame, epipole, slices, longest_ray } = *setup;
-        let ring = f64::from(self.settings.ring_sine);
+        let SliceSetup { setup, epipole, slices, longest_ray } = *setup;
+        let ring = self.settings.ring_sine;
         let steepest = if ring > 0.0 { 1.0 / ring } else { STEEPEST };
-        let bands = Bands::cover(frame.camera(), &epipole, slices, WIDEST_BAND, steepest);
+        let bands = Bands::cover(setup.camera(), &epipole, slices, WIDEST_BAND, steepest);
         let BaranSettings { factorisation, rank, factor_error, .. } = self.settings;
         let precision = Precision { factorisation, rank, error: factor_error };
-        self.integrand.rebuild(frame, bands, longest_ray, precision);
-        self.is_lamp = frame.light().position().is_some();
+        self.integrand.rebuild(setup, bands, longest_ray, precision);
+        self.is_lamp = setup.light().position().is_some();
     }
 
     fn is_accurate(&self) -> bool {
@@ -133,7 +133,7 @@ impl SliceIntegrator for Baran {
         }
         if self.settings.ring_sine > 0.0 {
             let channels = if texture.is_some() { 3 } else { self.integrand.channels() };
-            leave_ring(self.settings.ring_sine, slice, queries, channels);
+            leave_ring(self.settings.ring_sine as f32, slice, queries, channels);
         }
     }
 

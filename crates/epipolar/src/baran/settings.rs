@@ -23,7 +23,7 @@ pub struct BaranSettings {
     /// Where the cells of rectified rows lie.
     pub cells: Cells,
     /// Sine of the angle to the light below which pixels are left to be walked (the paper's ring); 0 for none.
-    pub ring_sine: f32,
+    pub ring_sine: f64,
 }
 
 /// Where the cells of a row lie, and how many depths each of them knows.

@@ -3,7 +3,9 @@
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
-use scatter_core::{Frame, Level, RenderStats, ScatterImage, StageClock, Window, at_level, simd_level};
+use scatter_core::{
+    Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, Window, at_level, simd_level,
+};
 
 use super::pass::{Resampling, SlicePass, Worker};
 use super::refinement::Refinement;
@@ -83,13 +85,14 @@ impl<I: SliceIntegrator> SliceDriver<I> {
     ) -> RenderStats {
         let mut stats = RenderStats::default();
         let mut clock = StageClock::start();
+        let facts = SceneFacts::of(frame);
         let epipole = Epipole::new(frame.camera(), frame.light());
         let spacing = self.lay_first(frame, &epipole, settings);
-        let channels = self.set_up(frame, epipole, spacing);
+        let channels = self.set_up(frame, epipole, spacing, facts.longest_ray);
         clock.lap(&mut stats, "set-up");
 
         // A texture colours light that nothing shadows, too.
-        let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
+        let shadowed = facts.casts_shadow || facts.textured;
         let integrates = shadowed && self.integrator.is_accurate();
         if integrates && self.integrator.reads_tiles() {
             self.tiles.rebuild(self.simd, frame.shadow());
@@ -112,6 +115,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         self.integrator.report(&mut self.workers.iter().map(|worker| &worker.scratch), &mut stats);
         stats.counts.push("queries", sum(|worker| worker.counts.queries));
         stats.counts.push("walked pixels", walked);
+        stats.push_modelled(&facts);
         stats.memory_bytes = self.memory_bytes();
         stats
     }
@@ -150,10 +154,9 @@ impl<I: SliceIntegrator> SliceDriver<I> {
     }
 
     /// Prepares the integrator and all buffers; returns for how many channels.
-    fn set_up(&mut self, frame: &Frame<'_>, epipole: Epipole, spacing: f64) -> usize {
-        let longest = frame.depth().texels().iter().fold(0.0f32, |a, &b| a.max(b));
-        let longest_ray = f64::from(longest).min(frame.max_distance());
-        self.integrator.set_up(&SliceSetup { frame, epipole, slices: &self.slices, longest_ray });
+    fn set_up(&mut self, frame: &Frame<'_>, epipole: Epipole, spacing: f64, longest_ray: f64) -> usize {
+        let setup = SliceSetup { setup: frame.setup(), epipole, slices: &self.slices, longest_ray };
+        self.integrator.set_up(&setup);
         let channels = if frame.texture().is_some() { 3 } else { self.integrator.channels() };
         let [width, height] = frame.size().map(|side| side as usize);
         self.shares.clear(width * height, channels);

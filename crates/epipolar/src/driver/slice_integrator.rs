@@ -1,6 +1,6 @@
 //! The one thing in which techniques on epipolar slices differ: how the lit light of a slice is summed.
 
-use scatter_core::{Frame, RenderStats};
+use scatter_core::{Frame, RenderStats, Setup};
 
 use super::queries::SliceQueries;
 use super::slice_view::SliceView;
@@ -65,8 +65,8 @@ pub trait SliceIntegrator: Send + Sync {
 /// What is known of a frame before the first slice is read.
 #[derive(Clone, Copy)]
 pub struct SliceSetup<'a> {
-    /// The frame. Set-up reads no texels of it.
-    pub frame: &'a Frame<'a>,
+    /// Camera, light, medium, and where the maps look: no texel is read.
+    pub setup: &'a Setup<'a>,
     /// Where its slices meet.
     pub epipole: Epipole,
     /// The slices, as they are laid first.

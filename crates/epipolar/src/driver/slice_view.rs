@@ -2,7 +2,7 @@
 //! of the light in the order of the light rays.
 
 use glam::{DVec2, DVec3};
-use scatter_core::{Camera, Frame, Level, Light, LightTexture, ShadowMap, SpotLight, ViewRay};
+use scatter_core::{Camera, Frame, Level, Light, LightTexture, SpotLight, ViewRay};
 
 use crate::geometry::{
     ColumnOrder, Epipole, Major, Slice, SlicePlane, diamond_angle, direction_of_diamond_angle,
@@ -233,12 +233,7 @@ impl<'a> SliceView<'a> {
     /// All depths of a layer of the shadow map, `[row][column]`.
     #[inline(always)]
     pub fn texels(&self, layer: usize) -> &'a [f32] {
-        match self.scene.frame.shadow() {
-            ShadowMap::Unshadowed => &[],
-            ShadowMap::Orthographic(layer) | ShadowMap::Perspective(layer) => layer.texels(),
-            ShadowMap::Cube(cube) => cube.face(layer).texels(),
-            ShadowMap::Cascades(layers) => layers[layer].texels(),
-        }
+        self.scene.frame.shadow().layer(layer).map_or(&[], |layer| layer.texels())
     }
 
     /// Fills `row` with the light rays of the slice up to its reach, exactly; returns how many texel columns were read.

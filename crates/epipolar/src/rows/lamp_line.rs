@@ -7,14 +7,15 @@ use super::map_line::{DepthAlong, Gamma, MapLine};
 use crate::geometry::{ColumnOrder, SlicePlane, direction_of_diamond_angle};
 
 impl MapLine {
-    /// The line of a slice under a lamp through a perspective map, one face of a cube or a spot's, up to the light ray
-    /// with [`diamond_angle`] `reach`; `None` if it does not meet the map. `distance` is that of the lamp from the eye.
+    /// The line of a slice under a lamp through a perspective map, one face of a cube or a spot's, between two light
+    /// rays at `span` \[diamond angles, 0 to 2\]; `None` if it does not meet the map there. `distance` is that of the lamp from
+    /// the eye.
     pub fn lamp(
         projection: &MapProjection,
         plane: &SlicePlane,
         order: ColumnOrder,
         distance: f64,
-        reach: f64,
+        [begin, reach]: [f64; 2],
     ) -> Option<Self> {
         // Homogeneous texels of the directions towards the eye and across: a light ray `p·towards + q·across` is seen
         // at `p·a + q·e`.
@@ -64,6 +65,15 @@ impl MapLine {
             to = to.min(zero);
         } else if q[0] < 0.0 {
             return None;
+        }
+        if begin > 0.0 {
+            let first = direction_of_diamond_angle(begin);
+            let seen = a * first.x + e * first.y;
+            if seen.z > 0.0 {
+                from = from.max((seen[major] / seen.z - base[major]) / step[major]);
+            } else if a.z > 0.0 {
+                return None; // The map sees earlier light rays alone.
+            }
         }
         let last = direction_of_diamond_angle(reach);
         let seen = a * last.x + e * last.y;

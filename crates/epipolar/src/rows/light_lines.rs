@@ -5,10 +5,9 @@
 //! are cut where its line goes from map to map, and what follows never asks again which map it is in.
 
 use glam::DVec3;
-use scatter_core::{MapProjection, ShadowMap};
+use scatter_core::{MAX_CASCADES, MapProjection, ShadowMap};
 
 use super::map_line::MapLine;
-use super::min_max_tiles::MAX_LAYERS;
 use crate::geometry::{ColumnOrder, SlicePlane};
 
 /// Calls `visit(layer, line)` for every stretch of light rays of a slice that lies in one map of the light, from the eye on,
@@ -52,21 +51,33 @@ pub fn for_each_line(
                 }
             }
         }
+        ShadowMap::Faces(faces) => {
+            let Some(distance) = lamp else { return };
+            let spans: [_; 6] = std::array::from_fn(|face| {
+                line(faces[face].projection()).map_or(NOWHERE, |line| line.gamma_span().map(f64::from))
+            });
+            first_holders(&spans, |face, span| {
+                let line = MapLine::lamp(faces[face].projection(), plane, order, distance, span);
+                line.into_iter().for_each(|line| visit(face, line));
+            });
+        }
         ShadowMap::Cascades(layers) => {
-            let mut spans = [[f64::INFINITY; 2]; MAX_LAYERS];
-            let spans = &mut spans[..layers.len().min(MAX_LAYERS)];
+            let mut spans = [NOWHERE; MAX_CASCADES];
+            let spans = &mut spans[..layers.len()];
             for (span, layer) in spans.iter_mut().zip(layers.iter()) {
                 let own = MapLine::sun_span(layer.projection(), eye, plane, [0.0, reach]);
-                *span = own.unwrap_or([f64::INFINITY; 2]);
+                *span = own.unwrap_or(NOWHERE);
             }
             first_holders(spans, |layer, span| {
-                if let Some(line) = MapLine::sun(layers[layer].projection(), eye, plane, order, span) {
-                    visit(layer, line);
-                }
+                let line = MapLine::sun(layers[layer].projection(), eye, plane, order, span);
+                line.into_iter().for_each(|line| visit(layer, line));
             });
         }
     }
 }
+
+/// The light rays of a map that a slice does not meet.
+const NOWHERE: [f64; 2] = [f64::INFINITY; 2];
 
 /// The slice's line through one map of its light, or through the light's texture.
 #[inline(always)]
@@ -79,7 +90,7 @@ pub fn line_through(
 ) -> Option<MapLine> {
     match lamp {
         None => MapLine::sun(projection, eye, plane, order, [0.0, reach]),
-        Some(distance) => MapLine::lamp(projection, plane, order, distance, reach),
+        Some(distance) => MapLine::lamp(projection, plane, order, distance, [0.0, reach]),
     }
 }
 

@@ -5,10 +5,7 @@
 //! their extrema. (Min/max trees along rows, as in Chen et al. 2011, have to be built for each slice; these tiles are
 //! built once a frame, in one pass over the map.)
 
-use scatter_core::{Level, ShadowMap, at_level};
-
-/// Most maps of one light: six faces, or sixteen cascades.
-pub const MAX_LAYERS: usize = 16;
+use scatter_core::{Level, MAX_CASCADES, ShadowMap, at_level};
 
 /// Texels along a side of the tiles that rows step over: a register of the widest kind. Fewer cost more than they let rows
 /// step over.
@@ -132,8 +129,8 @@ impl MinMaxTiles {
         const MOST_LEVELS: usize = 15;
         self.levels.clear();
         self.firsts.clear();
-        self.levels.reserve(if all_levels { MAX_LAYERS * MOST_LEVELS } else { MAX_LAYERS });
-        self.firsts.reserve(MAX_LAYERS);
+        self.levels.reserve(if all_levels { MAX_CASCADES * MOST_LEVELS } else { MAX_CASCADES });
+        self.firsts.reserve(MAX_CASCADES);
         let mut count = 0;
         for layer in map.layers() {
             self.firsts.push(self.levels.len());

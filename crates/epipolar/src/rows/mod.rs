@@ -15,7 +15,7 @@ mod textured_row;
 
 pub use light_lines::{for_each_line, line_through};
 pub use map_line::{DepthAlong, Gamma, MapLine, MapLineRecord, ViewRayLine};
-pub use min_max_tiles::{LayerTiles, MAX_LAYERS, MinMaxTiles, TILE_SIDE, TileSide};
+pub use min_max_tiles::{LayerTiles, MinMaxTiles, TILE_SIDE, TileSide};
 pub use row::{Row, RowSettings};
 pub use textured_row::TexturedRow;
 

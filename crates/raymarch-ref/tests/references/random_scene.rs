@@ -186,11 +186,12 @@ impl Scene {
     /// Builds the frame and hands it over.
     pub fn with<R>(&self, use_frame: impl FnOnce(&Frame<'_>) -> R) -> R {
         let layer = |index: usize| ShadowLayer::new(self.projections[index], &self.texels[index]).unwrap();
+        let layers: Vec<_> = (0..self.projections.len()).map(layer).collect();
         let cube_texels = self.texels.concat();
         let shadow = match self.kind {
             MapKind::Unshadowed => ShadowMap::Unshadowed,
             MapKind::Orthographic => ShadowMap::Orthographic(layer(0)),
-            MapKind::Cascades => ShadowMap::Cascades((0..self.projections.len()).map(layer).collect()),
+            MapKind::Cascades => ShadowMap::Cascades(&layers),
             MapKind::Spot => ShadowMap::Perspective(layer(0)),
             MapKind::SpotCube | MapKind::Point => {
                 let side = self.projections[0].size()[0];
@@ -202,7 +203,7 @@ impl Scene {
             Frame::new(&self.camera, depth, &self.light, &shadow, &self.medium, self.max_distance).unwrap();
         let texture = self.texture.as_ref().map(|(p, texels)| LightTexture::new(*p, texels).unwrap());
         match &texture {
-            Some(texture) => use_frame(&frame.with_texture(texture)),
+            Some(texture) => use_frame(&frame.with_texture(texture).unwrap()),
             None => use_frame(&frame),
         }
     }

@@ -64,6 +64,15 @@ impl Factorisation {
         #[cfg(feature = "svd")]
         Self::Svd,
     ];
+
+    /// A word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Chebyshev => "chebyshev",
+            #[cfg(feature = "svd")]
+            Self::Svd => "svd",
+        }
+    }
 }
 
 /// Factors of one band `y ∈ [1, ratio]`, y in units of the band's smallest 1/sin β, tabulated.
