@@ -2,9 +2,8 @@
 
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{
-    Capabilities,
-    Camera, Frame, Light, Medium, OptionError, Phase, RenderError, RenderStats, ScatterImage, SceneFacts,
-    Target, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
+    Camera, Capabilities, Frame, Light, Medium, OptionError, Phase, RenderError, RenderStats, ScatterImage,
+    SceneFacts, Target, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
 };
 use scatter_scene::{Scene, Shot, ShotLight};
 use scatter_validate::tradeoff::{Limits, Motion, MotionRow, Rung, ShotTrade, Sweep, level_rows};
