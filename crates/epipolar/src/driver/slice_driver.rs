@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use scatter_core::{
-    Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, Window, at_level, simd_level,
+    Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, Window, at_level, parallel, simd_level,
 };
 
 use super::pass::{Resampling, SlicePass, Worker};
@@ -160,7 +160,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let channels = if frame.texture().is_some() { 3 } else { self.integrator.channels() };
         let [width, height] = frame.size().map(|side| side as usize);
         self.shares.clear(width * height, channels);
-        self.workers.resize_with(worker_count(), Worker::default);
+        self.workers.resize_with(parallel::worker_count(), Worker::default);
         let columns = width.max(height);
         let queries = Worker::<I::Scratch>::most_queries(columns, spacing);
         let room = SliceRoom { frame, columns, queries, runs: most_runs(frame, columns), channels };
@@ -222,7 +222,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let stride = stride(self.slices.slices.len());
         let next = AtomicUsize::new(0);
         let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
-        for_each_worker(&mut self.workers, |worker| {
+        parallel::for_each_worker(&mut self.workers, |worker| {
             while let Some(&(fan, first)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
                 let end = (first + TASK).min(fans[fan].count - 1);
                 if estimate.is_some() {
@@ -244,10 +244,14 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let walked = AtomicU64::new(0);
         let simd = self.simd;
         let width = frame.size()[0] as usize;
-        for_each_row(inscattered, transmittance, width, |y, inscattered, transmittance| {
-            let count = at_level!(simd, resolve.row(y as u32, inscattered, transmittance));
-            walked.fetch_add(count, Ordering::Relaxed);
-        });
+        parallel::for_each_row_of_both(
+            (inscattered, transmittance),
+            width,
+            |y, inscattered, transmittance| {
+                let count = at_level!(simd, resolve.row(y as u32, inscattered, transmittance));
+                walked.fetch_add(count, Ordering::Relaxed);
+            },
+        );
         walked.into_inner()
     }
 
@@ -271,39 +275,4 @@ fn most_runs(frame: &Frame<'_>, columns: usize) -> usize {
     let layers = sides().count();
     let lines = if frame.light().position().is_some() { 4 } else { layers.max(4) };
     2 * lines * side + 8 * columns + 64
-}
-
-fn worker_count() -> usize {
-    #[cfg(feature = "rayon")]
-    return rayon::current_num_threads();
-    #[cfg(not(feature = "rayon"))]
-    1
-}
-
-fn for_each_worker<W: Send>(workers: &mut [W], work: impl Fn(&mut W) + Sync + Send) {
-    #[cfg(feature = "rayon")]
-    {
-        use rayon::prelude::*;
-        workers.par_iter_mut().with_max_len(1).for_each(work);
-    }
-    #[cfg(not(feature = "rayon"))]
-    workers.iter_mut().for_each(work);
-}
-
-fn for_each_row(
-    a: &mut [[f32; 3]],
-    b: &mut [[f32; 3]],
-    width: usize,
-    work: impl Fn(usize, &mut [[f32; 3]], &mut [[f32; 3]]) + Sync,
-) {
-    #[cfg(feature = "rayon")]
-    {
-        use rayon::prelude::*;
-        a.par_chunks_mut(width)
-            .zip(b.par_chunks_mut(width))
-            .enumerate()
-            .for_each(|(y, (a, b))| work(y, a, b));
-    }
-    #[cfg(not(feature = "rayon"))]
-    a.chunks_mut(width).zip(b.chunks_mut(width)).enumerate().for_each(|(y, (a, b))| work(y, a, b));
 }

@@ -5,7 +5,7 @@
 //! their extrema. (Min/max trees along rows, as in Chen et al. 2011, have to be built for each slice; these tiles are
 //! built once a frame, in one pass over the map.)
 
-use scatter_core::{Level, MAX_CASCADES, ShadowMap, at_level};
+use scatter_core::{Level, MAX_CASCADES, ShadowMap, at_level, parallel};
 
 /// Texels along a side of the tiles that rows step over: a register of the widest kind. Fewer cost more than they let rows
 /// step over.
@@ -154,7 +154,7 @@ impl MinMaxTiles {
             let LevelPlace { first, size: [width, height] } = self.levels[index];
             let tiles = &mut self.extrema[first..first + width * height];
             let columns = layer.projection().size()[0] as usize;
-            for_each_row(tiles, width, |row, tiles| {
+            parallel::for_each_row(tiles, width.max(1), |row, tiles| {
                 let texels = &layer.texels()[row * SIDE * columns..];
                 let texels = &texels[..texels.len().min(SIDE * columns)];
                 at_level!(simd, fill_row::<SIDE>(tiles, texels, columns));
@@ -188,14 +188,4 @@ fn fill_row<const SIDE: usize>(tiles: &mut [[f32; 2]], texels: &[f32], columns: 
             *tile = [nearest, farthest];
         }
     }
-}
-
-fn for_each_row(tiles: &mut [[f32; 2]], width: usize, work: impl Fn(usize, &mut [[f32; 2]]) + Sync + Send) {
-    #[cfg(feature = "rayon")]
-    {
-        use rayon::prelude::*;
-        tiles.par_chunks_mut(width.max(1)).enumerate().for_each(|(row, tiles)| work(row, tiles));
-    }
-    #[cfg(not(feature = "rayon"))]
-    tiles.chunks_mut(width.max(1)).enumerate().for_each(|(row, tiles)| work(row, tiles));
 }
