@@ -5,5 +5,4 @@ mod as_a_technique;
 mod determinism;
 mod extremes;
 mod march_against_walk;
-mod random_scene;
 mod walk_against_sampling;
