@@ -1,12 +1,10 @@
 //! What only several crates together can show: random worlds, rendered by every technique through the trait.
 
 mod method;
-mod rounding;
 mod tally;
 mod world;
 
 pub use method::Method;
-pub use rounding::Rounding;
 pub use tally::{Tally, for_all};
 pub use world::{GLASS_SIDE, Mirror, World, WorldLight};
 

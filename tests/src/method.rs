@@ -2,11 +2,10 @@
 
 use raymarch_ref::ShadowMapWalk;
 use scatter::{
-    OptionError, Quality, ScatterImage, SceneFacts, TECHNIQUES, Target, Technique, VolumetricShadow,
+    OptionError, Quality, Rounding, ScatterImage, SceneFacts, TECHNIQUES, Target, Technique, VolumetricShadow,
 };
 use scatter_scene::RaycastTruth;
 
-use crate::rounding::Rounding;
 use crate::tally::Tally;
 use crate::world::World;
 
@@ -50,7 +49,7 @@ impl Method {
     pub fn rounding(&self) -> Rounding {
         match self {
             Self::RaycastTruth | Self::ShadowMapWalk => Rounding::F64,
-            Self::Technique(technique) => Rounding::of(*technique),
+            Self::Technique(technique) => technique.info().rounding,
         }
     }
 

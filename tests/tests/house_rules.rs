@@ -45,6 +45,14 @@ fn assert_only_this_rule_breaks(fault: Fault, rule: HouseRule, word: &str) {
         ) -> Result<Box<dyn scatter::VolumetricShadow>, scatter::OptionError> {
             self.0.configure(target, overrides, facts)
         }
+        fn resolved(
+            &self,
+            target: scatter::Target,
+            overrides: &[(&str, &str)],
+            facts: &scatter::SceneFacts,
+        ) -> Result<Vec<(&'static str, String)>, scatter::OptionError> {
+            self.0.resolved(target, overrides, facts)
+        }
         fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
             self.0.ladder().into_iter().take(3).collect()
         }

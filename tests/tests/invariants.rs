@@ -9,9 +9,9 @@
 //! A frame that a technique refuses proves nothing; refusals are counted, and who refuses everything fails.
 
 use proptest::prelude::*;
-use scatter::{Quality, ScatterImage, Target};
+use scatter::{Quality, Rounding, ScatterImage, Target};
 use scatter_testing::{Comparison, differing, exceeding};
-use scatter_tests::{Method, Rounding, World, WorldLight, for_all};
+use scatter_tests::{Method, World, WorldLight, for_all};
 
 /// Images as numbers, `[y][x]`.
 type Values = Vec<[f64; 3]>;

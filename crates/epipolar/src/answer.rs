@@ -303,7 +303,7 @@ impl<'a> Answerer<'a> {
                     }
                 }
             }
-            ShadowMap::Unshadowed | ShadowMap::Cascades(_) => {}
+            ShadowMap::Unshadowed | ShadowMap::Faces(_) | ShadowMap::Cascades(_) => {}
         }
         row.finish();
     }

@@ -118,7 +118,7 @@ impl Options {
                 technique: ID,
                 key: "error",
                 value: error.to_string(),
-                range: "a number in (0, 1)",
+                range: "a number in (0, 1)".into(),
             });
         }
         let fine = Self::for_quality(Quality::Film, size);

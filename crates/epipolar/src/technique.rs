@@ -3,8 +3,9 @@
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use scatter_core::{
-    Frame, Level, Phase, Projection, RenderError, RenderStats, ScatterImage, ShadowMap, StageClock,
-    Unsupported, VolumetricShadow, Window, at_level, simd_level,
+    CameraKind, Capabilities, ExtinctionKind, Frame, Level, LightKind, Limits, MapKind, PhaseKind,
+    RenderError, RenderStats, ScatterImage, SceneFacts, StageClock, VolumetricShadow, Window, at_level,
+    simd_level,
 };
 
 use crate::answer::{Answerer, Manner};
@@ -35,8 +36,22 @@ const WIDEST_BAND: f64 = 2.0;
 /// fog miss it.
 const WORST_LAMP_ERROR: f64 = 0.004;
 
-/// Largest |g| of a medium around a lamp.
+/// Largest |g| of a medium around a lamp: a thinner lobe is missed by the factors' tables.
 const MOST_LAMP_G: f64 = 0.99;
+
+/// View rays that meet in an eye, and maps whose light rays come in one order: no orthographic camera, no cascades, no
+/// faces that may overlap. Texel indices are u32.
+pub(crate) const CAPABILITIES: Capabilities = Capabilities {
+    lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    glass: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    maps: &[MapKind::Unshadowed, MapKind::Orthographic, MapKind::Perspective, MapKind::Cube],
+    cameras: &[CameraKind::Perspective, CameraKind::OffCentre],
+    extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
+    phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
+    phase_sums: true,
+    endless_rays: true,
+    limits: Limits { sun_g: 1.0, lamp_g: MOST_LAMP_G, cascades: 0, layer_texels: u32::MAX as u64 },
+};
 
 /// Gaps of a task. More keep threads idle at the end of a frame, fewer integrate more slices twice.
 const TASK: usize = 32;
@@ -138,25 +153,8 @@ impl VolumetricShadow for Epipolar {
         ID
     }
 
-    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
-        let unsupported = |reason| Err(Unsupported { reason });
-        if frame.camera().projection() == Projection::Orthographic {
-            return unsupported("an orthographic camera: its view rays do not meet in an eye");
-        }
-        if frame.shadow().layers().any(|layer| layer.texels().len() > u32::MAX as usize) {
-            return unsupported("a shadow map of more than 4,294,967,295 texels");
-        }
-        let needle = |phase: &Phase| matches!(phase, Phase::HenyeyGreenstein { g } if g.abs() > MOST_LAMP_G);
-        let components = frame.medium().components();
-        if frame.light().position().is_some() && components.iter().any(|component| needle(&component.phase)) {
-            return unsupported(
-                "a lamp in a medium whose |g| is above 0.99: its lobe is thinner than the factors' tables",
-            );
-        }
-        match frame.shadow() {
-            ShadowMap::Cascades(_) => unsupported("cascades: give one map"),
-            _ => Ok(()),
-        }
+    fn capabilities(&self) -> Capabilities {
+        CAPABILITIES
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
@@ -168,7 +166,8 @@ impl VolumetricShadow for Epipolar {
         let camera = frame.camera();
         let epipole = Epipole::new(camera, frame.light());
         // Glass colours light that nothing shadows, too.
-        let shadowed = frame.shadow().casts_shadow() || frame.texture().is_some();
+        let facts = SceneFacts::of(frame);
+        let shadowed = facts.casts_shadow || facts.textured;
         // Pixels a radian in the middle of the image, along the coarser axis.
         let Window { left, right, bottom, top } = camera.window();
         let per_radian =
@@ -188,14 +187,12 @@ impl VolumetricShadow for Epipolar {
         };
         let steepest = if ring > 0.0 { 1.0 / ring } else { STEEPEST };
         let bands = Bands::cover(camera, &epipole, &self.slices, WIDEST_BAND, steepest);
-        let longest = frame.depth().texels().iter().fold(0.0f32, |a, &b| a.max(b));
-        let longest = f64::from(longest).min(frame.max_distance());
         let precision = Precision {
             factorisation: self.options.factorisation,
             rank: self.options.rank,
             error: self.options.factor_error,
         };
-        self.integrand.rebuild(frame, bands, longest, precision);
+        self.integrand.rebuild(frame, bands, facts.longest_ray, precision);
         let channels = if frame.texture().is_some() { 3 } else { self.integrand.channels() };
         self.shares.clear(pixel_count, channels);
         self.workers.resize_with(worker_count(), Worker::default);
@@ -248,17 +245,7 @@ impl VolumetricShadow for Epipolar {
         stats.counts.push("runs", sum(|worker| worker.counts().runs));
         stats.counts.push("queries", sum(|worker| worker.counts().queries));
         stats.counts.push("walked pixels", walked.into_inner());
-        let medium = frame.medium();
-        let modelled = [
-            ("transmittance", medium.sigma_t().iter().any(|&sigma| sigma > 0.0)),
-            ("rgb-extinction", !medium.is_grey()),
-            ("phase", medium.components().iter().any(|component| !component.phase.is_isotropic())),
-            ("light-texture", frame.texture().is_some()),
-            ("shadow-map", frame.shadow().casts_shadow()),
-        ];
-        for (name, _) in modelled.into_iter().filter(|(_, is_modelled)| *is_modelled) {
-            stats.modelled.push(name, ());
-        }
+        stats.push_modelled(&facts);
         stats.memory_bytes = self.memory_bytes();
         Ok(stats)
     }

@@ -8,23 +8,29 @@ mod march;
 mod parallel;
 mod walk;
 
-use scatter_core::{RenderStats, SceneFacts};
+use scatter_core::{
+    CameraKind, Capabilities, ExtinctionKind, LightKind, Limits, MAX_CASCADES, MapKind, PhaseKind,
+};
 
 pub use march::{Distribution, MARCH_ID, MOST_STEPS, Options, RayMarch, RayMarchTechnique, TECHNIQUE};
 pub use walk::{ShadowMapWalk, WALK_ID};
 
-/// Writes down what a frame required of a reference.
-fn push_modelled(stats: &mut RenderStats, facts: &SceneFacts) {
-    let entries = [
-        ("transmittance", facts.max_optical_depth > 0.0),
-        ("rgb-extinction", !facts.grey_extinction),
-        ("phase", facts.anisotropic),
-        ("light-texture", facts.textured),
-        ("shadow-map", facts.casts_shadow),
-    ];
-    for (name, modelled) in entries {
-        if modelled {
-            stats.modelled.push(name, ());
-        }
-    }
-}
+/// All that the model has, by name: a feature that is added to it is refused until it is named here.
+pub(crate) const EVERYTHING: Capabilities = Capabilities {
+    lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    glass: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    maps: &[
+        MapKind::Unshadowed,
+        MapKind::Orthographic,
+        MapKind::Perspective,
+        MapKind::Cube,
+        MapKind::Faces,
+        MapKind::Cascades,
+    ],
+    cameras: &[CameraKind::Perspective, CameraKind::OffCentre, CameraKind::Orthographic],
+    extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
+    phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
+    phase_sums: true,
+    endless_rays: true,
+    limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: MAX_CASCADES, layer_texels: u64::MAX },
+};

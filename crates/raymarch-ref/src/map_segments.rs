@@ -38,27 +38,9 @@ pub fn visit_segments(
             cascade(std::slice::from_ref(layer), 0, eye, ray, (0.0, end), visit);
         }
         ShadowMap::Cascades(layers) => cascade(layers, 0, eye, ray, (0.0, end), visit),
+        // Faces may overlap: the first that contains a point decides, as with cascades.
+        ShadowMap::Faces(layers) => cascade(layers.as_slice(), 0, eye, ray, (0.0, end), visit),
         ShadowMap::Cube(cube) => faces(cube.position(), eye, ray, end, visit),
-    }
-}
-
-/// The layer that a [`Segment`] names.
-pub fn layer_of<'a>(shadow: &ShadowMap<'a>, index: usize) -> Option<ShadowLayer<'a>> {
-    match shadow {
-        ShadowMap::Unshadowed => None,
-        ShadowMap::Orthographic(layer) | ShadowMap::Perspective(layer) => Some(*layer),
-        ShadowMap::Cube(cube) => Some(cube.face(index)),
-        ShadowMap::Cascades(layers) => layers.get(index).copied(),
-    }
-}
-
-/// Number of layers that a [`Segment`] can name.
-pub fn layer_count(shadow: &ShadowMap<'_>) -> usize {
-    match shadow {
-        ShadowMap::Unshadowed => 0,
-        ShadowMap::Orthographic(_) | ShadowMap::Perspective(_) => 1,
-        ShadowMap::Cube(_) => 6,
-        ShadowMap::Cascades(layers) => layers.len(),
     }
 }
 
@@ -178,7 +160,8 @@ mod tests {
     #[test]
     fn nested_cascades_cut_a_ray_like_onion_rings() {
         let texel = [1.0f32];
-        let shadow = ShadowMap::Cascades(vec![layer(1.0, &texel), layer(2.0, &texel)]);
+        let layers = [layer(1.0, &texel), layer(2.0, &texel)];
+        let shadow = ShadowMap::Cascades(&layers);
         let ray = ViewRay { origin: DVec3::new(-5.0, 0.0, 0.0), direction: DVec3::X };
         let found = segments(&shadow, &ray, f64::INFINITY);
         let expected = [

@@ -18,8 +18,8 @@ mod plan;
 mod sun_packet;
 
 use scatter_core::{
-    Frame, Level, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts, ShadowMap, StageClock,
-    Unsupported, VolumetricShadow, at_level, simd_level,
+    Capabilities, Frame, Level, Limits, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts,
+    ShadowMap, StageClock, VolumetricShadow, at_level, simd_level,
 };
 
 use crate::parallel;
@@ -36,29 +36,40 @@ pub const MARCH_ID: &str = "raymarch";
 /// light, larger ones spend steps on what no f32 sum can hold.
 pub(crate) const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 17.0;
 
+/// All of the model. Texel indices are u32, over the six faces of a cube together.
+pub(crate) const CAPABILITIES: Capabilities = Capabilities {
+    limits: Limits { layer_texels: u32::MAX as u64 / 6, ..crate::EVERYTHING.limits },
+    ..crate::EVERYTHING
+};
+
 /// The marcher. Every light, medium, map and camera of the model.
 #[derive(Debug, Clone)]
 pub struct RayMarch {
     options: Options,
-    level: Level,
-    /// Rays of a packet in each cascade, one set a band.
-    cascade_lanes: Vec<MapLanes>,
+    simd: Level,
+    /// Rays of a packet in each cascade or face, one set a band.
+    layer_lanes: Vec<MapLanes>,
     terms: Vec<PhaseTerm>,
 }
 
 impl RayMarch {
     /// A marcher for the CPU that it runs on, or for any one if the environment says `SCATTER_SIMD=baseline`.
     pub fn new(options: Options) -> Result<Self, OptionError> {
-        Self::at_level(options, simd_level())
+        Ok(Self::with_simd(options.checked()?, simd_level()))
     }
 
     /// A marcher that uses nothing but what every CPU of the target has.
     pub fn portable(options: Options) -> Result<Self, OptionError> {
-        Self::at_level(options, Level::baseline())
+        Ok(Self::with_simd(options.checked()?, Level::baseline()))
     }
 
-    fn at_level(options: Options, level: Level) -> Result<Self, OptionError> {
-        Ok(Self { options: options.checked()?, level, cascade_lanes: Vec::new(), terms: Vec::new() })
+    /// With options that the table has checked.
+    fn unchecked(options: Options) -> Self {
+        Self::with_simd(options, simd_level())
+    }
+
+    fn with_simd(options: Options, simd: Level) -> Self {
+        Self { options, simd, layer_lanes: Vec::new(), terms: Vec::new() }
     }
 
     /// Its options.
@@ -72,12 +83,8 @@ impl VolumetricShadow for RayMarch {
         MARCH_ID
     }
 
-    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
-        let too_large = frame.shadow().layers().any(|layer| layer.texels().len() > u32::MAX as usize / 6);
-        if too_large {
-            return Err(Unsupported { reason: "a shadow map of more than 715,827,882 texels" });
-        }
-        Ok(())
+    fn capabilities(&self) -> Capabilities {
+        CAPABILITIES
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
@@ -87,29 +94,29 @@ impl VolumetricShadow for RayMarch {
         let facts = SceneFacts::of(frame);
         let [width, height] = frame.size();
         let band_count = height.div_ceil(TILE_SIDE) as usize;
-        // One set of lanes a band even without cascades, so that bands and sets go together.
+        // One set of lanes a band even with one map, so that bands and sets go together.
         let lanes_per_band = match frame.shadow() {
-            ShadowMap::Cascades(layers) => layers.len().max(1),
+            map @ (ShadowMap::Cascades(_) | ShadowMap::Faces(_)) => map.layer_count().max(1),
             _ => 1,
         };
-        self.cascade_lanes.resize(band_count * lanes_per_band, MapLanes::default());
+        self.layer_lanes.resize(band_count * lanes_per_band, MapLanes::default());
         let plan = Plan::new(frame, &self.options, &facts, &mut self.terms);
         clock.lap(&mut stats, "facts");
 
-        let level = self.level;
+        let simd = self.simd;
         let band_pixels = (width * TILE_SIDE) as usize;
         let (inscattered, transmittance) = out.overwritten(frame.size());
         parallel::for_each_band(
-            (inscattered, transmittance, &mut self.cascade_lanes),
+            (inscattered, transmittance, &mut self.layer_lanes),
             [band_pixels, lanes_per_band],
-            |index, inscattered, transmittance, cascade_lanes| {
+            |index, inscattered, transmittance, layer_lanes| {
                 let y = index as u32 * TILE_SIDE;
                 for tile_x in (0..width).step_by(TILE_SIDE as usize) {
                     for py in (y..height.min(y + TILE_SIDE)).step_by(PACKET_SIDE as usize) {
                         for px in (tile_x..width.min(tile_x + TILE_SIDE)).step_by(PACKET_SIDE as usize) {
                             let first = (py - y) as usize * width as usize + px as usize;
                             let rows = (&mut inscattered[first..], &mut transmittance[first..]);
-                            at_level!(level, simd => plan.march(simd, [px, py], rows, cascade_lanes));
+                            at_level!(simd, vectors => plan.march(vectors, [px, py], rows, layer_lanes));
                         }
                     }
                 }
@@ -122,8 +129,8 @@ impl VolumetricShadow for RayMarch {
         stats.counts.push("rays", pixels);
         stats.counts.push("steps", samples);
         stats.counts.push("shadow-map fetches", if facts.casts_shadow { pixels * samples } else { 0 });
-        crate::push_modelled(&mut stats, &facts);
-        stats.memory_bytes = (self.cascade_lanes.capacity() * size_of::<MapLanes>()
+        stats.push_modelled(&facts);
+        stats.memory_bytes = (self.layer_lanes.capacity() * size_of::<MapLanes>()
             + self.terms.capacity() * size_of::<PhaseTerm>()) as u64;
         Ok(stats)
     }

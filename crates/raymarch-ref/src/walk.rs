@@ -9,11 +9,11 @@ mod texel_walk;
 
 use glam::DVec3;
 use scatter_core::{
-    Frame, LightTexture, RayLight, RenderError, RenderStats, ScatterImage, SceneFacts, StageClock,
-    Unsupported, ViewRay, VolumetricShadow,
+    Capabilities, Frame, LightTexture, RayLight, RenderError, RenderStats, ScatterImage, SceneFacts,
+    StageClock, ViewRay, VolumetricShadow,
 };
 
-use crate::map_segments::{inside, layer_of, visit_segments};
+use crate::map_segments::{inside, visit_segments};
 use crate::parallel;
 use map_path::MapPath;
 use min_max_tree::MinMaxTrees;
@@ -42,6 +42,9 @@ impl Default for ShadowMapWalk {
 }
 
 impl ShadowMapWalk {
+    /// All of the model: what [`VolumetricShadow::capabilities`] of a walk are.
+    pub const CAPABILITIES: Capabilities = crate::EVERYTHING;
+
     /// The walk that skips uniform blocks of the map by a min/max quadtree.
     pub fn new() -> Self {
         Self { trees: MinMaxTrees::default(), skips: true, asked: Vec::new() }
@@ -78,7 +81,7 @@ impl ShadowMapWalk {
         let mut asked = 0;
         let mut lit = LitParts::new(each);
         visit_segments(frame.shadow(), eye, &ray, frame.ray_end(x, y), &mut |segment| {
-            let layer = segment.layer.and_then(|index| Some((index, layer_of(frame.shadow(), index)?)));
+            let layer = segment.layer.and_then(|index| Some((index, frame.shadow().layer(index)?)));
             match layer {
                 None => lit.push(segment.start, segment.end),
                 Some((index, layer)) => {
@@ -98,8 +101,8 @@ impl VolumetricShadow for ShadowMapWalk {
         WALK_ID
     }
 
-    fn supports(&self, _frame: &Frame<'_>) -> Result<(), Unsupported> {
-        Ok(())
+    fn capabilities(&self) -> Capabilities {
+        Self::CAPABILITIES
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
@@ -140,7 +143,7 @@ impl VolumetricShadow for ShadowMapWalk {
         stats.counts.push("shadow-map fetches", asked.iter().sum());
         self.asked = asked;
         stats.counts.push("rays", u64::from(width) * u64::from(height));
-        crate::push_modelled(&mut stats, &SceneFacts::of(frame));
+        stats.push_modelled(&SceneFacts::of(frame));
         stats.memory_bytes = self.trees.memory_bytes() + (self.asked.capacity() * size_of::<u64>()) as u64;
         Ok(stats)
     }

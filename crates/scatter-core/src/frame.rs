@@ -1,24 +1,21 @@
 //! One frame: what an engine has anyway, borrowed, and checked once so that a [`Frame`] that exists is sane.
 
-use glam::DVec3;
-
 use crate::camera::Camera;
 use crate::depth_map::DepthMap;
 use crate::error::ModelError;
 use crate::light::{Light, LightTexture};
+use crate::map_layout::MapLayout;
 use crate::medium::Medium;
 use crate::render_error::RenderError;
+use crate::setup::Setup;
 use crate::shadow_map::ShadowMap;
 
-/// Camera, depth, light with its shadows, medium: all that a technique reads.
+/// Camera, depth, light with its shadows, medium: all that a technique reads. A [`Setup`] with its texels.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
-    camera: &'a Camera,
+    setup: Setup<'a>,
     depth: DepthMap<'a>,
-    light: &'a Light,
     shadow: &'a ShadowMap<'a>,
-    medium: &'a Medium,
-    max_distance: f64,
     texture: Option<&'a LightTexture<'a>>,
     shadow_source: Option<&'a dyn ShadowMapSource>,
 }
@@ -57,17 +54,14 @@ impl<'a> Frame<'a> {
                 "the depth map is {w}x{h} and the camera's image {cw}x{ch}; give both the same size"
             )));
         }
-        check_range(max_distance, light, medium)?;
-        check_lamp(camera, light)?;
-        check_shadow(light, shadow)?;
-        let frame =
-            Self { camera, depth, light, shadow, medium, max_distance, texture: None, shadow_source: None };
-        Ok(frame)
+        let setup = Setup::new(camera, light, MapLayout::of(shadow)?, medium, max_distance)?;
+        Ok(Self { setup, depth, shadow, texture: None, shadow_source: None })
     }
 
-    /// The same frame with a colour texture in front of its light.
-    pub fn with_texture(self, texture: &'a LightTexture<'a>) -> Self {
-        Self { texture: Some(texture), ..self }
+    /// The same frame with coloured glass in front of its light. Errors as those of [`Setup::with_texture`].
+    pub fn with_texture(self, texture: &'a LightTexture<'a>) -> Result<Self, ModelError> {
+        let setup = self.setup.with_texture(*texture.projection())?;
+        Ok(Self { setup, texture: Some(texture), ..self })
     }
 
     /// The same frame with a source of further shadow maps.
@@ -75,9 +69,14 @@ impl<'a> Frame<'a> {
         Self { shadow_source: Some(source), ..self }
     }
 
+    /// The frame without its texels.
+    pub fn setup(&self) -> &Setup<'a> {
+        &self.setup
+    }
+
     /// The camera.
     pub fn camera(&self) -> &'a Camera {
-        self.camera
+        self.setup.camera
     }
 
     /// Distances along the pixels' rays.
@@ -87,7 +86,7 @@ impl<'a> Frame<'a> {
 
     /// The light of this pass.
     pub fn light(&self) -> &'a Light {
-        self.light
+        self.setup.light
     }
 
     /// What shadows it.
@@ -102,12 +101,12 @@ impl<'a> Frame<'a> {
 
     /// The medium.
     pub fn medium(&self) -> &'a Medium {
-        self.medium
+        self.setup.medium
     }
 
     /// Where rays end that hit nothing nearer \[world units\], ≥ 0 or ∞.
     pub fn max_distance(&self) -> f64 {
-        self.max_distance
+        self.setup.max_distance
     }
 
     /// A source of further shadow maps, where the caller has one.
@@ -117,96 +116,12 @@ impl<'a> Frame<'a> {
 
     /// Where the ray of pixel `(x, y)` ends: its surface, or `max_distance` if that is nearer.
     pub fn ray_end(&self, x: u32, y: u32) -> f64 {
-        f64::from(self.depth.at(x, y)).min(self.max_distance)
+        f64::from(self.depth.at(x, y)).min(self.setup.max_distance)
     }
 
     /// `[width, height]` of the image.
     pub fn size(&self) -> [u32; 2] {
-        self.camera.size()
-    }
-}
-
-fn check_range(max_distance: f64, light: &Light, medium: &Medium) -> Result<(), ModelError> {
-    if !(max_distance >= 0.0) {
-        return Err(ModelError::OutOfRange {
-            field: "max_distance".into(),
-            value: max_distance,
-            range: "a number ≥ 0, or ∞ in a medium with extinction",
-        });
-    }
-    let endless = max_distance == f64::INFINITY && matches!(light, Light::Directional(_));
-    // σt = 0 in a channel means that it scatters nothing either, so the integral is 0 there, not infinite; but a
-    // channel with σt > 0 converges. Nothing to refuse but a σ so small that 1/σ overflows.
-    let overflows = medium.sigma_t().iter().any(|&sigma| sigma > 0.0 && !(1.0 / sigma).is_finite());
-    if endless && overflows {
-        return Err(ModelError::Mismatch(
-            "max_distance is ∞ and the extinction is below 1e-308; give a finite max_distance".into(),
-        ));
-    }
-    Ok(())
-}
-
-fn check_lamp(camera: &Camera, light: &Light) -> Result<(), ModelError> {
-    match light.position() {
-        Some(position) if position == camera.eye() => Err(ModelError::Mismatch(
-            "the lamp is at the camera's eye, where the integral diverges; move one of them".into(),
-        )),
-        _ => Ok(()),
-    }
-}
-
-fn check_shadow(light: &Light, shadow: &ShadowMap<'_>) -> Result<(), ModelError> {
-    let mismatch = |message: &str| Err(ModelError::Mismatch(message.into()));
-    match (light, shadow) {
-        (_, ShadowMap::Unshadowed) => Ok(()),
-        (Light::Directional(sun), ShadowMap::Orthographic(_) | ShadowMap::Cascades(_)) => {
-            for layer in shadow.layers() {
-                let projection = layer.projection();
-                if projection.is_perspective() {
-                    return mismatch(
-                        "a directional light has a perspective shadow map; give a parallel projection",
-                    );
-                }
-                // Moving along the light must not leave the texel: 1e-6 texels a texel's width of depth.
-                let [u, v, depth] = projection.rows().map(|row| row.truncate().dot(sun.direction()));
-                let scale = projection.rows().map(|row| row.truncate().length());
-                if depth <= 0.0 || u.abs() > 1e-6 * scale[0] || v.abs() > 1e-6 * scale[1] {
-                    return mismatch(
-                        "the shadow map does not look along the directional light; build it from light.direction",
-                    );
-                }
-            }
-            Ok(())
-        }
-        (Light::Directional(_), _) => {
-            mismatch("a directional light needs an orthographic shadow map, cascades, or none")
-        }
-        (Light::Point(_), ShadowMap::Cube(cube)) => at_the_lamp(light, cube.position()),
-        (Light::Point(_), _) => mismatch("a point light needs a cube shadow map, or none"),
-        (Light::Spot(_), ShadowMap::Cube(cube)) => at_the_lamp(light, cube.position()),
-        (Light::Spot(_), ShadowMap::Perspective(layer)) => {
-            if !layer.projection().is_perspective() {
-                return mismatch("a spot light has a parallel shadow map; give a perspective projection");
-            }
-            match layer.projection().light_ray(0.5, 0.5) {
-                Some((position, _)) => at_the_lamp(light, position),
-                None => mismatch("the spot's shadow map has a singular projection; build it from the spot"),
-            }
-        }
-        (Light::Spot(_), _) => mismatch("a spot light needs a perspective or a cube shadow map, or none"),
-    }
-}
-
-/// The map's centre against the lamp's: 1e-6 of their distance from the origin allows for f32 matrices.
-fn at_the_lamp(light: &Light, centre: DVec3) -> Result<(), ModelError> {
-    let Some(position) = light.position() else { return Ok(()) };
-    let tolerance = 1e-5 * (1.0 + position.length());
-    if centre.distance(position) <= tolerance {
-        Ok(())
-    } else {
-        Err(ModelError::Mismatch(
-            "the shadow map's centre is not at the lamp; build it from light.position".into(),
-        ))
+        self.setup.size()
     }
 }
 

@@ -13,8 +13,15 @@ mod phase;
 mod shadow_map;
 mod texel_walk;
 
+mod cube_faces;
+mod kinds;
+mod map_layout;
+mod setup;
+
 mod frame;
 mod scene_facts;
+
+mod capabilities;
 
 mod lamp_interval;
 mod lamp_interval_f32;
@@ -26,9 +33,11 @@ mod march;
 mod ray_lanes;
 mod simd;
 
+mod option_table;
 mod quality;
 mod technique;
 
+mod modelled;
 mod render_stats;
 mod scatter_image;
 
@@ -39,16 +48,22 @@ mod render_error;
 mod engine_matrices;
 
 pub use camera::{Camera, Projection, ViewRay, Window};
+pub use capabilities::{Capabilities, Limits};
 pub use depth_map::{DepthEncoding, DepthMap};
 pub use error::ModelError;
 #[doc(no_inline)]
 pub use fearless_simd;
 pub use frame::{Frame, ShadowMapSource};
+pub use kinds::{CameraKind, ExtinctionKind, Kind, LightKind, MapKind, PhaseKind};
 pub use lamp_interval::{LampIntegral, LampRay, airlight};
 pub use lamp_interval_f32::LampIntegralF32;
 pub use light::{DirectionalLight, Light, LightTexture, PointLight, SpotLight};
+pub use map_layout::{MAX_CASCADES, MapLayout};
 pub use march::walked_radiance;
 pub use medium::{Medium, Scattering};
+pub use option_table::{
+    Choice, NO_OPTIONS, OptionError, OptionInfo, OptionList, OptionRange, OptionRow, OptionTable, OptionValue,
+};
 pub use phase::{INV_4PI, Phase};
 pub use quality::{Quality, Target};
 pub use ray_lanes::RayLanes;
@@ -56,9 +71,10 @@ pub use ray_light::RayLight;
 pub use render_error::{RenderError, Unsupported};
 pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
 pub use scatter_image::ScatterImage;
-pub use scene_facts::{LightKind, SceneFacts};
+pub use scene_facts::SceneFacts;
+pub use setup::Setup;
 pub use shadow_map::{CubeShadow, MapProjection, MapRay, ShadowLayer, ShadowMap, cube_face_of};
 pub use simd::{Level, simd_level};
 pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
-pub use technique::{OptionError, OptionInfo, Technique, TechniqueInfo, VolumetricShadow};
+pub use technique::{Configurable, Rounding, Technique, TechniqueInfo, VolumetricShadow};
 pub use texel_walk::{TexelSpan, TexelWalk};

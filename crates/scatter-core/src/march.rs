@@ -31,6 +31,7 @@ pub fn walked_radiance(frame: &Frame<'_>, x: u32, y: u32) -> DVec3 {
     let mut dark = DVec3::ZERO;
     let layers: &[ShadowLayer<'_>] = match frame.shadow() {
         ShadowMap::Cascades(layers) => layers,
+        ShadowMap::Faces(faces) => faces.as_slice(),
         _ => &[],
     };
     for (index, layer) in frame.shadow().layers().enumerate() {

@@ -17,9 +17,9 @@ pub struct Scattering {
 /// Scattering components and absorption; `σt = Σ σs + σa`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Medium {
-    components: Vec<Scattering>,
-    sigma_a: [f64; 3],
-    sigma_t: [f64; 3],
+    pub(crate) components: Vec<Scattering>,
+    pub(crate) sigma_a: [f64; 3],
+    pub(crate) sigma_t: [f64; 3],
 }
 
 impl Medium {

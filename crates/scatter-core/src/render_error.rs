@@ -1,11 +1,13 @@
 //! Why a frame is not rendered.
 
+use std::borrow::Cow;
+
 /// The assumption of a technique that a frame breaks.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("unsupported: {reason}")]
 pub struct Unsupported {
-    /// What the frame has and the technique cannot do, in words.
-    pub reason: &'static str,
+    /// What the frame has and the technique cannot do, and what to give instead, in words.
+    pub reason: Cow<'static, str>,
 }
 
 /// Why a render failed. `out` holds nothing of use then.

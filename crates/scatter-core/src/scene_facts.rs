@@ -1,19 +1,9 @@
 //! What a frame requires, found in one cheap pass, so that a technique models nothing else (ARCHITECTURE.md).
 
 use crate::frame::Frame;
-use crate::light::Light;
+use crate::kinds::{LightKind, MapKind};
 use crate::phase::Phase;
-
-/// The kind of a frame's light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum LightKind {
-    /// A sun.
-    Directional,
-    /// A lamp.
-    Point,
-    /// A lamp with a cone.
-    Spot,
-}
+use crate::setup::Setup;
 
 /// Facts of a frame that choose inner loops and options.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,24 +35,24 @@ pub struct SceneFacts {
 impl SceneFacts {
     /// Reads every depth texel, and shadow texels up to the first that holds a surface: O(pixels).
     pub fn of(frame: &Frame<'_>) -> Self {
-        let medium = frame.medium();
         let limit = frame.max_distance();
         let longest_ray = frame.depth().texels().iter().map(|&d| f64::from(d).min(limit)).fold(0.0, f64::max);
+        Self::with(frame.setup(), longest_ray, frame.shadow().casts_shadow())
+    }
+
+    /// What the set-up alone tells: rays may be as long as `max_distance`, and every map may cast a shadow. O(1).
+    pub fn of_setup(setup: &Setup<'_>) -> Self {
+        Self::with(setup, setup.max_distance(), setup.maps().kind() != MapKind::Unshadowed)
+    }
+
+    fn with(setup: &Setup<'_>, longest_ray: f64, casts_shadow: bool) -> Self {
+        let medium = setup.medium();
         let largest_sigma = medium.sigma_t().into_iter().fold(0.0, f64::max);
         let scattering = medium.components().iter().filter(|c| c.sigma_s.iter().any(|&s| s > 0.0));
         Self {
-            size: frame.size(),
-            shadow_map_side: frame
-                .shadow()
-                .layers()
-                .map(|layer| layer.projection().size().into_iter().max().unwrap_or(0))
-                .max()
-                .unwrap_or(0),
-            light: match frame.light() {
-                Light::Directional(_) => LightKind::Directional,
-                Light::Point(_) => LightKind::Point,
-                Light::Spot(_) => LightKind::Spot,
-            },
+            size: setup.size(),
+            shadow_map_side: setup.maps().largest_side(),
+            light: LightKind::of(setup.light()),
             grey_extinction: medium.is_grey(),
             // 0·∞ is no depth at all.
             max_optical_depth: if largest_sigma > 0.0 { largest_sigma * longest_ray } else { 0.0 },
@@ -73,8 +63,8 @@ impl SceneFacts {
                 .map(|c| if let Phase::HenyeyGreenstein { g } = c.phase { g.abs() } else { 0.0 })
                 .fold(0.0, f64::max),
             component_count: scattering.count(),
-            textured: frame.texture().is_some(),
-            casts_shadow: frame.shadow().casts_shadow(),
+            textured: setup.texture().is_some(),
+            casts_shadow,
         }
     }
 }

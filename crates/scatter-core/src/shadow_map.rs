@@ -10,6 +10,7 @@ use glam::{DMat4, DVec3, DVec4};
 use crate::error::{
     ModelError, checked, checked_direction, checked_len, checked_point, checked_size, checked_texels,
 };
+use crate::kinds::MapKind;
 
 /// Where a map's texels are in the world: `texel_from_world`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,6 +111,11 @@ impl MapProjection {
         Self { rows, perspective, size }.checked()
     }
 
+    /// For constants: what these rows mean is not checked.
+    pub(crate) const fn from_rows_unchecked(rows: [DVec4; 3], perspective: bool, size: [u32; 2]) -> Self {
+        Self { rows, perspective, size }
+    }
+
     fn from_axes(position: DVec3, right: DVec3, down: DVec3, forward: DVec3, size: u32) -> Self {
         let half = 0.5 * f64::from(size);
         let row = |axis: DVec3| axis.extend(-position.dot(axis));
@@ -168,6 +174,12 @@ impl MapProjection {
             (inverse * (DVec3::new(u, v, 0.0) - shift), inverse * DVec3::Z)
         };
         (origin.is_finite() && step.is_finite()).then_some((origin, step))
+    }
+
+    /// Where the light rays of a perspective map start (world space); `None` for a parallel map and for a projection
+    /// without an inverse.
+    pub fn centre(&self) -> Option<DVec3> {
+        if self.perspective { self.light_ray(0.5, 0.5).map(|(centre, _)| centre) } else { None }
     }
 
     /// The three rows of `texel_from_world`: u, v, depth, each to be dotted with (p, 1).
@@ -282,7 +294,9 @@ impl<'a> CubeShadow<'a> {
 }
 
 /// What an engine knows about the light's shadows.
-#[derive(Debug, Clone)]
+///
+/// Borrowed and [`Copy`]: an engine makes one a frame without an allocation.
+#[derive(Debug, Clone, Copy)]
 pub enum ShadowMap<'a> {
     /// Nothing casts a shadow.
     Unshadowed,
@@ -290,27 +304,54 @@ pub enum ShadowMap<'a> {
     Orthographic(ShadowLayer<'a>),
     /// One perspective map: a spot light, its field of view twice the outer angle.
     Perspective(ShadowLayer<'a>),
-    /// Six faces: a point light, or a spot wider than 80° (half angle).
+    /// Six faces along the world's axes in wgpu's order: a point light, or a spot wider than 80° (half angle).
     Cube(CubeShadow<'a>),
-    /// Several parallel maps of one directional light; the first that contains a point decides.
-    Cascades(Vec<ShadowLayer<'a>>),
+    /// Six square faces with projections of their own, for engines whose cubes are mirrored, turned or have borders:
+    /// all from the lamp, together over the whole sphere (a frame checks both). The first that contains a point decides.
+    Faces(&'a [ShadowLayer<'a>; 6]),
+    /// Several parallel maps of one directional light, at most [`MAX_CASCADES`](crate::MAX_CASCADES); the first that
+    /// contains a point decides.
+    Cascades(&'a [ShadowLayer<'a>]),
 }
 
 impl<'a> ShadowMap<'a> {
-    /// The maps in order: none, one, six or as many as there are cascades.
-    pub fn layers(&self) -> impl Iterator<Item = ShadowLayer<'a>> + '_ {
-        let count = match self {
+    /// What kind of map it is.
+    pub fn kind(&self) -> MapKind {
+        match self {
+            Self::Unshadowed => MapKind::Unshadowed,
+            Self::Orthographic(_) => MapKind::Orthographic,
+            Self::Perspective(_) => MapKind::Perspective,
+            Self::Cube(_) => MapKind::Cube,
+            Self::Faces(_) => MapKind::Faces,
+            Self::Cascades(_) => MapKind::Cascades,
+        }
+    }
+
+    /// How many maps there are: none, one, six or as many as there are cascades.
+    pub fn layer_count(&self) -> usize {
+        match self {
             Self::Unshadowed => 0,
             Self::Orthographic(_) | Self::Perspective(_) => 1,
-            Self::Cube(_) => 6,
+            Self::Cube(_) | Self::Faces(_) => 6,
             Self::Cascades(layers) => layers.len(),
-        };
-        (0..count).map(move |index| match self {
-            Self::Orthographic(layer) | Self::Perspective(layer) => *layer,
-            Self::Cube(cube) => cube.face(index),
-            Self::Cascades(layers) => layers[index],
-            Self::Unshadowed => unreachable!("an unshadowed light has no layers"),
-        })
+        }
+    }
+
+    /// The map with this index, in the order of [`Self::layers`].
+    pub fn layer(&self, index: usize) -> Option<ShadowLayer<'a>> {
+        match self {
+            Self::Unshadowed => None,
+            Self::Orthographic(layer) | Self::Perspective(layer) => (index == 0).then_some(*layer),
+            Self::Cube(cube) => (index < 6).then(|| cube.face(index)),
+            Self::Faces(faces) => faces.get(index).copied(),
+            Self::Cascades(layers) => layers.get(index).copied(),
+        }
+    }
+
+    /// The maps in order: none, one, six or as many as there are cascades.
+    pub fn layers(&self) -> impl Iterator<Item = ShadowLayer<'a>> + use<'a> {
+        let map = *self;
+        (0..self.layer_count()).filter_map(move |index| map.layer(index))
     }
 
     /// Whether any texel holds a surface.
@@ -331,6 +372,7 @@ impl<'a> ShadowMap<'a> {
                 let face = cube_face_of(p_world - cube.position);
                 cube.face(face).lookup(p_world).unwrap_or(true)
             }
+            Self::Faces(faces) => faces.iter().find_map(|layer| layer.lookup(p_world)).unwrap_or(true),
             Self::Cascades(layers) => layers.iter().find_map(|layer| layer.lookup(p_world)).unwrap_or(true),
         }
     }
@@ -471,7 +513,8 @@ mod tests {
                 MapProjection::orthographic([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [half; 2], [1, 1]);
             ShadowLayer::new(p.unwrap(), texel).unwrap()
         };
-        let map = ShadowMap::Cascades(vec![layer(1.0, &[f32::INFINITY]), layer(4.0, &[1.0])]);
+        let layers = [layer(1.0, &[f32::INFINITY]), layer(4.0, &[1.0])];
+        let map = ShadowMap::Cascades(&layers);
         assert!(map.is_lit(DVec3::new(0.5, 0.0, -2.0)));
         assert!(!map.is_lit(DVec3::new(1.5, 0.0, -2.0)));
         assert!(map.is_lit(DVec3::new(4.5, 0.0, -2.0)));

@@ -1,6 +1,8 @@
 //! The traits: what a technique does for an engine, and what it tells to tools.
 
+use crate::capabilities::Capabilities;
 use crate::frame::Frame;
+use crate::option_table::{NO_OPTIONS, OptionError, OptionInfo, OptionList, OptionTable};
 use crate::quality::Target;
 use crate::render_error::{RenderError, Unsupported};
 use crate::render_stats::RenderStats;
@@ -15,14 +17,20 @@ pub trait VolumetricShadow: Send {
     /// Kebab-case id: the crate's name, the report's row, the `--method` on the command line.
     fn id(&self) -> &'static str;
 
-    /// Says before any work which assumption this frame breaks.
-    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported>;
+    /// What this instance renders, as it is configured.
+    fn capabilities(&self) -> Capabilities;
+
+    /// Says before any work what of this frame [`Self::capabilities`] lacks, and what to give instead.
+    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
+        self.capabilities().check(frame)
+    }
 
     /// Fills `out` with the in-scattered radiance and the transmittance of every pixel, whatever `out` held before.
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError>;
 }
 
-/// A technique as tools see it: described, configured, swept.
+/// A technique as tools see it: described, configured, swept. Whoever has options implements [`Configurable`], from
+/// which this follows.
 pub trait Technique: Sync {
     /// What it is.
     fn info(&self) -> &'static TechniqueInfo;
@@ -36,12 +44,88 @@ pub trait Technique: Sync {
         facts: &SceneFacts,
     ) -> Result<Box<dyn VolumetricShadow>, OptionError>;
 
+    /// The values of all options that [`Self::configure`] gives such an instance, as text that it takes: key, value.
+    fn resolved(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        facts: &SceneFacts,
+    ) -> Result<Vec<(&'static str, String)>, OptionError>;
+
     /// Settings from the cheapest to the finest, each a list of overrides: the rungs of a trade-off.
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>>;
 }
 
+/// A technique with a table of options: all that it says about them.
+pub trait Configurable: Sync {
+    /// Its options; `Default` is the preset of the default level.
+    type Options: Default + 'static;
+
+    /// What it is; `options` is [`Self::table`].
+    fn info(&self) -> &'static TechniqueInfo;
+
+    /// Its options, declared once.
+    fn table(&self) -> &'static OptionTable<Self::Options>;
+
+    /// Its choice for a target error on a frame with these facts, before `overrides` are set over it: a choice may rest
+    /// on what the caller sets anyway.
+    fn choose(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        facts: &SceneFacts,
+    ) -> Result<Self::Options, OptionError>;
+
+    /// An instance with these options, all of them in their ranges.
+    fn instance(&self, options: Self::Options) -> Box<dyn VolumetricShadow>;
+
+    /// Keys of a trade-off's settings and their values, from the cheapest to the finest.
+    fn rungs(&self) -> Vec<Vec<(&'static str, f64)>>;
+}
+
+impl<T: Configurable> Technique for T {
+    fn info(&self) -> &'static TechniqueInfo {
+        Configurable::info(self)
+    }
+
+    fn configure(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        facts: &SceneFacts,
+    ) -> Result<Box<dyn VolumetricShadow>, OptionError> {
+        Ok(self.instance(options_of(self, target, overrides, facts)?))
+    }
+
+    fn resolved(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        facts: &SceneFacts,
+    ) -> Result<Vec<(&'static str, String)>, OptionError> {
+        Ok(self.table().values(&options_of(self, target, overrides, facts)?))
+    }
+
+    fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
+        let text = |(key, value): (&'static str, f64)| (key, value.to_string());
+        self.rungs().into_iter().map(|rung| rung.into_iter().map(text).collect()).collect()
+    }
+}
+
+fn options_of<T: Configurable>(
+    technique: &T,
+    target: Target,
+    overrides: &[(&str, &str)],
+    facts: &SceneFacts,
+) -> Result<T::Options, OptionError> {
+    let mut options = technique.choose(target, overrides, facts)?;
+    technique.table().set_all(&mut options, overrides)?;
+    technique.table().check(&options)?;
+    Ok(options)
+}
+
 /// What a technique is and takes.
-#[derive(Debug, Clone)]
+#[derive(Clone, Copy)]
 pub struct TechniqueInfo {
     /// Its id, as [`VolumetricShadow::id`].
     pub id: &'static str,
@@ -49,84 +133,69 @@ pub struct TechniqueInfo {
     pub summary: &'static str,
     /// Where it comes from.
     pub paper: &'static str,
-    /// Lights that it renders.
-    pub lights: &'static [&'static str],
-    /// Media that it renders.
-    pub media: &'static [&'static str],
-    /// Cameras that it renders.
-    pub cameras: &'static [&'static str],
-    /// What it cannot do, a sentence each.
-    pub cannot: &'static [&'static str],
+    /// What the image of a frame that it renders may lack, `""` for nothing.
+    pub misses: &'static str,
+    /// What an instance with the default options renders.
+    pub capabilities: Capabilities,
+    /// How far a result moves under changes that mean nothing.
+    pub rounding: Rounding,
     /// Its options.
-    pub options: &'static [OptionInfo],
+    pub options: &'static dyn OptionList,
 }
 
-/// One option of a technique.
-#[derive(Debug, Clone, Copy)]
-pub struct OptionInfo {
-    /// Its key for `--set key=value`.
-    pub key: &'static str,
-    /// What it does.
-    pub summary: &'static str,
-    /// Unit of its value, `""` for none.
-    pub unit: &'static str,
-    /// Accepted values, in words.
-    pub range: &'static str,
-    /// The value of `Default`, printed from it.
-    pub default: fn() -> String,
+/// How far a technique's result may move where mathematics says that it does not: what property tests hold it to.
+///
+/// Shares are of the pixel's unoccluded value (a spot's: without its cone).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rounding {
+    /// Settings without choices that rounding could tip over: no measured spacing, no refinement by a threshold.
+    pub overrides: &'static [(&'static str, &'static str)],
+    /// Largest change where the strength, the scattering at fixed extinction, or the unit of length is scaled.
+    pub scaled: f64,
+    /// Largest change where scene, camera and light are moved together or mirrored.
+    pub moved: f64,
+    /// Largest difference between the image of two lights in one place and the sum of their images, at any options.
+    pub added: f64,
+    /// Largest excess over the closed form where nothing shadows.
+    pub lit: f64,
+    /// Why the numbers are what they are.
+    pub derivation: &'static str,
 }
 
-/// An option that a technique does not take.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum OptionError {
-    /// No such key.
-    #[error("{technique} has no option '{key}'; it has: {known}")]
-    UnknownKey {
-        /// The technique.
-        technique: &'static str,
-        /// What was asked for.
-        key: String,
-        /// All keys.
-        known: String,
-    },
-    /// A value that does not parse or lies outside of the range.
-    #[error("{technique}: option {key} is '{value}'; give {range}")]
-    BadValue {
-        /// The technique.
-        technique: &'static str,
-        /// The option.
-        key: &'static str,
-        /// What was given.
-        value: String,
-        /// What is accepted.
-        range: &'static str,
-    },
+impl Rounding {
+    /// Of an exact technique in f64 that writes f32 pixels.
+    pub const F64: Self = Self {
+        overrides: &[],
+        scaled: 2e-6,
+        moved: 2e-6,
+        added: 2e-6,
+        lit: 2e-6,
+        derivation: "f64 throughout; pixels are written and depths are read in f32: 2⁻²³ of a pixel, and 2⁻²⁴ of \
+                     a ray's length, which at most doubles that. Ten times as much is allowed",
+    };
 }
 
 impl TechniqueInfo {
-    /// The option with that key, or the error that lists all keys.
-    pub fn option(&self, key: &str) -> Result<&'static OptionInfo, OptionError> {
-        self.options.iter().find(|option| option.key == key).ok_or_else(|| OptionError::UnknownKey {
-            technique: self.id,
-            key: key.to_string(),
-            known: self.options.iter().map(|option| option.key).collect::<Vec<_>>().join(", "),
-        })
+    /// Of a renderer without options, exact to f64's rounding: references and tests.
+    pub const fn of_reference(id: &'static str, summary: &'static str, capabilities: Capabilities) -> Self {
+        Self {
+            id,
+            summary,
+            paper: "",
+            misses: "",
+            capabilities,
+            rounding: Rounding::F64,
+            options: &NO_OPTIONS,
+        }
     }
 
-    /// A value of that option, parsed and accepted, or the error that names key, value and range.
-    pub fn parse<T: std::str::FromStr>(
-        &self,
-        key: &str,
-        value: &str,
-        accept: impl Fn(&T) -> bool,
-    ) -> Result<T, OptionError> {
-        let option = self.option(key)?;
-        value.trim().parse().ok().filter(|parsed| accept(parsed)).ok_or_else(|| OptionError::BadValue {
-            technique: self.id,
-            key: option.key,
-            value: value.to_string(),
-            range: option.range,
-        })
+    /// The option with that key, or the error that lists all keys.
+    pub fn option(&self, key: &str) -> Result<OptionInfo, OptionError> {
+        self.options.find(key)
+    }
+
+    /// All options in order.
+    pub fn options(&self) -> Vec<OptionInfo> {
+        self.options.list()
     }
 }

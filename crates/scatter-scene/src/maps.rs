@@ -1,6 +1,8 @@
 //! The maps of a shot, made once and lent to frames: depth along the view rays, and the light's shadow maps.
 
-use scatter_core::{Camera, CubeShadow, DepthMap, Light, MapProjection, ModelError, ShadowLayer, ShadowMap};
+use scatter_core::{
+    Camera, CubeShadow, DepthMap, Light, MAX_CASCADES, MapProjection, ModelError, ShadowLayer, ShadowMap,
+};
 
 use crate::caster::SceneCaster;
 use crate::fit::{FittedMap, fit_cascades, fit_map};
@@ -109,7 +111,7 @@ impl ShotMaps {
         let Light::Directional(sun) = light else {
             return Self::build_from(source, caster, camera, light, max_distance, map_size);
         };
-        if !(1..=16).contains(&count) {
+        if !(1..=MAX_CASCADES as u32).contains(&count) {
             let field = "cascade count".to_string();
             return Err(
                 ModelError::OutOfRange { field, value: count.into(), range: "1 to 16 cascades" }.into()
@@ -151,8 +153,11 @@ impl ShotMaps {
         DepthMap::new(&self.depth, self.image_size)
     }
 
-    /// The light's shadows. Checks every texel.
-    pub fn shadow_map(&self) -> Result<ShadowMap<'_>, ModelError> {
+    /// The light's shadows. Checks every texel. `layers` is a buffer that cascades borrow; its content does not matter.
+    pub fn shadow_map<'l, 'a: 'l>(
+        &'a self,
+        layers: &'l mut Vec<ShadowLayer<'a>>,
+    ) -> Result<ShadowMap<'l>, ModelError> {
         let area =
             |projection: &MapProjection| projection.size().map(|n| n as usize).iter().product::<usize>();
         Ok(match &self.fitted {
@@ -167,12 +172,13 @@ impl ShotMaps {
             }
             FittedMap::Cascades(projections) => {
                 let mut rest = self.shadow.as_slice();
-                let layers = projections.iter().map(|projection| {
+                layers.clear();
+                for projection in projections {
                     let (texels, behind) = rest.split_at(area(projection).min(rest.len()));
                     rest = behind;
-                    ShadowLayer::new(*projection, texels)
-                });
-                ShadowMap::Cascades(layers.collect::<Result<_, _>>()?)
+                    layers.push(ShadowLayer::new(*projection, texels)?);
+                }
+                ShadowMap::Cascades(layers)
             }
         })
     }

@@ -113,7 +113,8 @@ fn cube_faces_look_where_the_core_looks_them_up() {
     let light = Light::point(position.to_array(), [1.0; 3], 0.0).unwrap();
     let camera = Camera::perspective([6.0, 1.0, 2.0], [0.0; 3], [0.0, 1.0, 0.0], 60.0, [4, 3]).unwrap();
     let maps = ShotMaps::build(&caster, &camera, &light, 50.0, 33).unwrap();
-    let shadow = maps.shadow_map().unwrap();
+    let mut layers = Vec::new();
+    let shadow = maps.shadow_map(&mut layers).unwrap();
     let ShadowMap::Cube(cube) = &shadow else { panic!("a point light has a cube") };
     for face in 0..6 {
         for (row, column) in [(0, 0), (3, 17), (16, 16), (31, 2), (32, 32)] {
@@ -234,7 +235,8 @@ fn whatever_shadows_a_visible_point_lies_inside_of_the_map() {
             let single = ShotMaps::build(&caster, &camera, &light, max_distance, size).unwrap();
             let cascaded = ShotMaps::build_cascaded(&caster, &camera, &light, max_distance, size, 3).unwrap();
             for maps in [&single, &cascaded] {
-                let shadow = maps.shadow_map().unwrap();
+                let mut layers = Vec::new();
+                let shadow = maps.shadow_map(&mut layers).unwrap();
                 assert_eq!(shadow.layers().count(), if std::ptr::eq(maps, &single) { 1 } else { 3 });
                 let depth = maps.depth_map().unwrap();
                 for _ in 0..300 {
@@ -273,7 +275,8 @@ fn a_fine_map_knows_what_is_lit() {
     let medium = Medium::homogeneous([0.1; 3], [0.0; 3], Phase::Isotropic).unwrap();
     for light in &lights {
         let maps = ShotMaps::build(&caster, &camera, light, 20.0, 512).unwrap();
-        let (depth, shadow) = (maps.depth_map().unwrap(), maps.shadow_map().unwrap());
+        let mut layers = Vec::new();
+        let (depth, shadow) = (maps.depth_map().unwrap(), maps.shadow_map(&mut layers).unwrap());
         Frame::new(&camera, depth, light, &shadow, &medium, 20.0).unwrap();
         let (mut right, mut shadowed, mut count) = (0, 0, 0);
         for _ in 0..3000 {
@@ -353,7 +356,8 @@ fn maps_survive_scenes_without_size_and_cameras_that_see_nothing() {
                         let maps =
                             ShotMaps::build_cascaded(&caster, &camera, &light, max_distance, size, count)
                                 .unwrap();
-                        let shadow = maps.shadow_map().unwrap();
+                        let mut layers = Vec::new();
+                        let shadow = maps.shadow_map(&mut layers).unwrap();
                         let depth = maps.depth_map().unwrap();
                         Frame::new(&camera, depth, &light, &shadow, &medium, max_distance).unwrap();
                     }

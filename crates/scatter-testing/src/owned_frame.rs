@@ -81,11 +81,14 @@ impl OwnedFrame {
     #[track_caller]
     pub fn with<R>(&self, use_frame: impl FnOnce(&Frame<'_>) -> R) -> R {
         let layer = |index: usize| ShadowLayer::new(self.projections[index], &self.texels[index]).unwrap();
-        let cube_texels;
+        let (layers, cube_texels): (Vec<_>, Vec<_>);
         let shadow = match self.kind {
             MapKind::Unshadowed => ShadowMap::Unshadowed,
             MapKind::Orthographic => ShadowMap::Orthographic(layer(0)),
-            MapKind::Cascades => ShadowMap::Cascades((0..self.projections.len()).map(layer).collect()),
+            MapKind::Cascades => {
+                layers = (0..self.projections.len()).map(layer).collect();
+                ShadowMap::Cascades(&layers)
+            }
             MapKind::Spot => ShadowMap::Perspective(layer(0)),
             MapKind::SpotCube | MapKind::Point => {
                 let side = self.projections[0].size()[0];
@@ -99,7 +102,7 @@ impl OwnedFrame {
             Frame::new(&self.camera, depth, &self.light, &shadow, &self.medium, self.max_distance).unwrap();
         let texture = self.texture.as_ref().map(|(p, texels)| LightTexture::new(*p, texels).unwrap());
         match &texture {
-            Some(texture) => use_frame(&frame.with_texture(texture)),
+            Some(texture) => use_frame(&frame.with_texture(texture).unwrap()),
             None => use_frame(&frame),
         }
     }

@@ -56,7 +56,7 @@ impl Baseline<'_> {
         match measure(shot, &mut renderer, 1)? {
             Outcome::Measured(image) => judged.figures(&image),
             Outcome::Unsupported(unsupported) => {
-                Err(JudgeError::Baseline { shot: shot.name().to_string(), reason: unsupported.reason })
+                Err(JudgeError::Baseline { shot: shot.name().to_string(), reason: unsupported.reason.into() })
             }
         }
     }

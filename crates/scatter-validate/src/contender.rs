@@ -57,16 +57,11 @@ impl<'a> Contender<'a> {
 /// Shadow-map truth as a technique without options, for what takes techniques.
 struct ReferenceTechnique;
 
-static REFERENCE_INFO: TechniqueInfo = TechniqueInfo {
-    id: SHADOW_MAP_TRUTH,
-    summary: "the exact image for the shadow map, texel by texel, f64",
-    paper: "",
-    lights: &["directional", "point", "spot", "textured"],
-    media: &["grey", "rgb", "every sum of phase functions"],
-    cameras: &["perspective", "off-centre", "orthographic"],
-    cannot: &[],
-    options: &[],
-};
+static REFERENCE_INFO: TechniqueInfo = TechniqueInfo::of_reference(
+    SHADOW_MAP_TRUTH,
+    "the exact image for the shadow map, texel by texel, f64",
+    ShadowMapWalk::CAPABILITIES,
+);
 
 impl Technique for ReferenceTechnique {
     fn info(&self) -> &'static TechniqueInfo {
@@ -80,6 +75,15 @@ impl Technique for ReferenceTechnique {
         _facts: &SceneFacts,
     ) -> Result<Box<dyn VolumetricShadow>, OptionError> {
         Ok(Box::new(ShadowMapWalk::new()))
+    }
+
+    fn resolved(
+        &self,
+        _target: Target,
+        _overrides: &[(&str, &str)],
+        _facts: &SceneFacts,
+    ) -> Result<Vec<(&'static str, String)>, OptionError> {
+        Ok(Vec::new())
     }
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {

@@ -21,7 +21,7 @@ pub enum JudgeError {
         /// The shot.
         shot: String,
         /// The assumption that the shot breaks.
-        reason: &'static str,
+        reason: String,
     },
     /// A pool of one thread that cannot be made.
     #[error("one thread cannot be started: {0}")]

@@ -149,7 +149,7 @@ impl Matrix<'_> {
             let measurement = match self.measured(technique, &options, shot)? {
                 Outcome::Measured(measurement) => *measurement,
                 Outcome::Unsupported(unsupported) => {
-                    to.rows.push(self.unsupported_row(shot, id, unsupported.reason));
+                    to.rows.push(self.unsupported_row(shot, id, &unsupported.reason));
                     continue;
                 }
             };

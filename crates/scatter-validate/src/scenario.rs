@@ -153,17 +153,17 @@ impl Scenario {
     /// Builds the frame and hands it over.
     pub fn with_frame<R>(&self, use_frame: impl FnOnce(&Frame<'_>) -> R) -> Result<R, ModelError> {
         let layer = |layer: &'_ MapLayer| layer.frame.projection();
+        let cascades;
         let shadow = match &self.shadow {
             Shadow::None => ShadowMap::Unshadowed,
             Shadow::Parallel(layers) if layers.len() == 1 => {
                 ShadowMap::Orthographic(ShadowLayer::new(layer(&layers[0])?, &layers[0].texels)?)
             }
-            Shadow::Parallel(layers) => ShadowMap::Cascades(
-                layers
-                    .iter()
-                    .map(|map| ShadowLayer::new(layer(map)?, &map.texels))
-                    .collect::<Result<_, _>>()?,
-            ),
+            Shadow::Parallel(maps) => {
+                let layers = maps.iter().map(|map| ShadowLayer::new(layer(map)?, &map.texels));
+                cascades = layers.collect::<Result<Vec<_>, _>>()?;
+                ShadowMap::Cascades(&cascades)
+            }
             Shadow::Perspective(map) => ShadowMap::Perspective(ShadowLayer::new(layer(map)?, &map.texels)?),
             Shadow::Cube { side, texels } => {
                 let position = self.light.position().unwrap_or(DVec3::ZERO);
@@ -176,7 +176,7 @@ impl Scenario {
             None => Ok(use_frame(&frame)),
             Some(glass) => {
                 let texture = LightTexture::new(glass.frame.projection()?, &glass.texels)?;
-                Ok(use_frame(&frame.with_texture(&texture)))
+                Ok(use_frame(&frame.with_texture(&texture)?))
             }
         }
     }

@@ -208,8 +208,9 @@ impl StagedShot {
         let texture = part.texture.as_ref().map(OwnedTexture::as_light_texture);
         let [width, height] = camera.size();
         let endless;
+        let mut layers = Vec::new();
         let (depth, shadow) = match &part.maps {
-            Some(maps) => (maps.depth_map().map_err(wrong)?, maps.shadow_map().map_err(wrong)?),
+            Some(maps) => (maps.depth_map().map_err(wrong)?, maps.shadow_map(&mut layers).map_err(wrong)?),
             None => {
                 endless = vec![f32::INFINITY; width as usize * height as usize];
                 (DepthMap::new(&endless, camera.size()).map_err(wrong)?, ShadowMap::Unshadowed)
@@ -222,7 +223,7 @@ impl StagedShot {
                 None => &*self.caster as &dyn ShadowMapSource,
             });
         Ok(match &texture {
-            Some(texture) => visit(&frame.with_texture(texture)),
+            Some(texture) => visit(&frame.with_texture(texture).map_err(wrong)?),
             None => visit(&frame),
         })
     }

@@ -2,8 +2,8 @@
 
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{
-    Camera, Frame, Light, Medium, OptionError, Phase, RenderError, RenderStats, ScatterImage, SceneFacts,
-    Target, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
+    Camera, Capabilities, Frame, Light, Medium, OptionError, Phase, RenderError, RenderStats, ScatterImage,
+    SceneFacts, Target, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
 };
 use scatter_scene::{Scene, Shot, ShotLight};
 use scatter_validate::tradeoff::{Limits, Motion, MotionRow, Rung, ShotTrade, Sweep, level_rows};
@@ -34,9 +34,13 @@ impl VolumetricShadow for Faulty {
         self.id
     }
 
+    fn capabilities(&self) -> Capabilities {
+        self.walk.capabilities()
+    }
+
     fn supports(&self, _: &Frame<'_>) -> Result<(), Unsupported> {
         match self.fault {
-            Fault::Refuses => Err(Unsupported { reason: "on strike" }),
+            Fault::Refuses => Err(Unsupported { reason: "on strike".into() }),
             _ => Ok(()),
         }
     }
@@ -65,16 +69,7 @@ struct Known {
 }
 
 const fn info(id: &'static str) -> TechniqueInfo {
-    TechniqueInfo {
-        id,
-        summary: "",
-        paper: "",
-        lights: &[],
-        media: &[],
-        cameras: &[],
-        cannot: &[],
-        options: &[],
-    }
+    TechniqueInfo::of_reference(id, "", ShadowMapWalk::CAPABILITIES)
 }
 
 static KNOWN: Known = Known { info: info("known"), fault: None };
@@ -100,8 +95,12 @@ impl Technique for Known {
         overrides: &[(&str, &str)],
         _: &SceneFacts,
     ) -> Result<Box<dyn VolumetricShadow>, OptionError> {
-        let refused =
-            || OptionError::BadValue { technique: "known", key: "error", value: String::new(), range: "" };
+        let refused = || OptionError::BadValue {
+            technique: "known",
+            key: "error",
+            value: String::new(),
+            range: String::new(),
+        };
         let by_hand = overrides.iter().find_map(|(_, value)| value.parse::<f32>().ok());
         let error = match (by_hand, target) {
             (Some(error), _) => error,
@@ -111,6 +110,15 @@ impl Technique for Known {
         };
         let fault = self.fault.unwrap_or(Fault::Factor(error));
         Ok(Box::new(Faulty { id: self.info.id, fault, walk: ShadowMapWalk::new(), frame: 0 }))
+    }
+
+    fn resolved(
+        &self,
+        _: Target,
+        _: &[(&str, &str)],
+        _: &SceneFacts,
+    ) -> Result<Vec<(&'static str, String)>, OptionError> {
+        Ok(Vec::new())
     }
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {

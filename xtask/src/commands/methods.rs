@@ -58,27 +58,30 @@ fn devices() -> String {
 
 fn document(info: &TechniqueInfo) -> Value {
     let options: Vec<Value> = info
-        .options
-        .iter()
+        .options()
+        .into_iter()
         .map(|option| {
             json!({
                 "key": option.key,
                 "summary": option.summary,
                 "unit": option.unit,
-                "range": option.range,
-                "default": (option.default)(),
+                "range": option.range.to_string(),
+                "numbers": option.range.numbers(),
+                "words": option.range.words(),
+                "default": option.default.to_string(),
             })
         })
         .collect();
+    let capabilities: serde_json::Map<String, Value> =
+        info.capabilities.describe().into_iter().map(|(name, values)| (name.into(), values.into())).collect();
     json!({
         "id": info.id,
         "summary": info.summary,
         "reference": false,
         "paper": info.paper,
-        "lights": info.lights,
-        "media": info.media,
-        "cameras": info.cameras,
-        "cannot": info.cannot,
+        "capabilities": capabilities,
+        "cannot": info.capabilities.cannot(),
+        "misses": info.misses,
         "options": options,
     })
 }
@@ -86,15 +89,18 @@ fn document(info: &TechniqueInfo) -> Value {
 fn describe(text: &mut String, info: &TechniqueInfo) {
     let _ = writeln!(text, "{}\n  {}", info.id, info.summary);
     let _ = writeln!(text, "  paper    {}", info.paper);
-    for (name, values) in [("lights", info.lights), ("media", info.media), ("cameras", info.cameras)] {
-        let _ = writeln!(text, "  {name:<8} {}", values.join(", "));
+    for (name, values) in info.capabilities.describe() {
+        let _ = writeln!(text, "  {name:<8} {values}");
     }
-    for sentence in info.cannot {
-        let _ = writeln!(text, "  cannot   {sentence}");
+    for phrase in info.capabilities.cannot() {
+        let _ = writeln!(text, "  cannot   {phrase}");
     }
-    for option in info.options {
+    if !info.misses.is_empty() {
+        let _ = writeln!(text, "  misses   {}", info.misses);
+    }
+    for option in info.options() {
         let unit = if option.unit.is_empty() { String::new() } else { format!(" [{}]", option.unit) };
-        let _ = writeln!(text, "  --set {}={}{unit}", option.key, (option.default)());
+        let _ = writeln!(text, "  --set {}={}{unit}", option.key, option.default);
         let _ = writeln!(text, "           {}; {}", option.summary, option.range);
     }
     text.push('\n');

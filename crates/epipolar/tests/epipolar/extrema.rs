@@ -217,7 +217,8 @@ fn extrema_are_the_minima_and_maxima_of_tiles() {
     let texels = sizes.map(|[width, height]| texels_of(width * height));
     let layers = sizes.iter().zip(&texels);
     let layers = layers.map(|(&size, texels)| ShadowLayer::new(parallel(size), texels).unwrap());
-    check(&ShadowMap::Cascades(layers.collect()));
+    let layers: Vec<_> = layers.collect();
+    check(&ShadowMap::Cascades(&layers));
 }
 
 #[test]

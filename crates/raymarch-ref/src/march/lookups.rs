@@ -246,6 +246,52 @@ impl<S: Simd, const INSIDE: bool> Visibility<S> for PerspectiveMap<'_, INSIDE> {
     }
 }
 
+/// Six faces with projections of their own; the first that contains a sample decides.
+#[derive(Clone, Copy)]
+pub struct FaceMaps<'a> {
+    /// The faces.
+    pub faces: &'a [ShadowLayer<'a>; 6],
+    /// The packet's rays in each.
+    pub lanes: &'a [MapLanes],
+}
+
+/// How far beyond its borders a face is read, in its clamped texels \[share of its width\]: what f32 rounds between two
+/// faces that abut must not be lit by belonging to neither.
+const FACE_SLACK: f32 = 1e-6;
+
+impl<S: Simd> Visibility<S> for FaceMaps<'_> {
+    #[inline(always)]
+    fn lit<P: Samples<S>>(&self, simd: S, samples: P) -> LaneMask<S> {
+        let zero = splat(simd, 0.0);
+        let mut open = zero.simd_eq(zero);
+        let mut lit = open;
+        for (face, lanes) in self.faces.iter().zip(self.lanes) {
+            let grid = Grid::new(face.texels(), face.projection().size());
+            let [u, v, depth] = samples.position(simd, lanes);
+            let width = depth * (grid.last[0] + 1.0);
+            let slack = width * FACE_SLACK;
+            let inside = depth.simd_gt(zero)
+                & u.simd_ge(-slack)
+                & v.simd_ge(-slack)
+                & u.simd_lt(width + slack)
+                & v.simd_lt(width + slack);
+            let here = open & inside;
+            if here.any_true() {
+                let per_depth = splat(simd, 1.0) / depth;
+                // Just outside is the border's texel.
+                let index = grid.index(simd, (u * per_depth).max(zero), (v * per_depth).max(zero));
+                let shadowed = depth.simd_gt(samples.scaled(grid.depth(simd, index)));
+                lit &= !(here & shadowed);
+                open &= !here;
+                if open.all_false() {
+                    break;
+                }
+            }
+        }
+        lit
+    }
+}
+
 /// Six faces around a lamp; positions are along the world's axes, from the lamp.
 #[derive(Clone, Copy)]
 pub struct CubeMap<'a> {

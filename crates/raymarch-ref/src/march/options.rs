@@ -1,10 +1,8 @@
 //! The marcher's options, and the marcher as tools see it.
 
-use std::str::FromStr;
-
 use scatter_core::{
-    LightKind, OptionError, OptionInfo, Quality, SceneFacts, Target, Technique, TechniqueInfo,
-    VolumetricShadow,
+    Choice, Configurable, LightKind, OptionError, OptionRange, OptionRow, OptionTable, OptionValue, Quality,
+    Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow,
 };
 
 use super::RayMarch;
@@ -63,7 +61,9 @@ impl Options {
             technique: super::MARCH_ID,
             key: "error",
             value: error.to_string(),
-            range: "an error that 65536 steps can promise (unshadowed sun: any), or a quality level",
+            range: format!(
+                "an error that {MOST_STEPS} steps can promise (unshadowed sun: any), or a quality level"
+            ),
         };
         if !(error > 0.0 && error < 1.0) {
             return Err(refused());
@@ -92,85 +92,79 @@ impl Options {
 
     /// Sets one option from text.
     pub fn set(&mut self, key: &str, value: &str) -> Result<(), OptionError> {
-        match key {
-            "steps" => self.steps = INFO.parse("steps", value, |steps| (1..=MOST_STEPS).contains(steps))?,
-            "jitter" => self.jitter = INFO.parse::<Jitter>("jitter", value, |_| true)?.0,
-            "distribution" => self.distribution = INFO.parse("distribution", value, |_| true)?,
-            _ => {
-                INFO.option(key)?;
-            }
-        }
-        Ok(())
+        TABLE.set(self, key, value)
     }
-}
 
-/// `off`, `on` (seed 0) or a seed.
-struct Jitter(Option<u32>);
-
-impl FromStr for Jitter {
-    type Err = ();
-
-    fn from_str(text: &str) -> Result<Self, ()> {
-        match text {
-            "off" | "false" => Ok(Self(None)),
-            "on" | "true" => Ok(Self(Some(0))),
-            _ => text.parse().map(|seed| Self(Some(seed))).map_err(|_| ()),
-        }
-    }
-}
-
-impl FromStr for Distribution {
-    type Err = ();
-
-    fn from_str(text: &str) -> Result<Self, ()> {
-        match text {
-            "uniform" => Ok(Self::Uniform),
-            "equi-angular" => Ok(Self::EquiAngular),
-            _ => Err(()),
-        }
+    /// The options themselves, or the error that names the one out of its range.
+    pub fn checked(self) -> Result<Self, OptionError> {
+        TABLE.check(&self).map(|()| self)
     }
 }
 
 impl std::fmt::Display for Distribution {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Uniform => "uniform",
-            Self::EquiAngular => "equi-angular",
-        })
+        OptionValue::from(*self).fmt(f)
     }
 }
+
+impl Choice for Distribution {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("uniform", Self::Uniform), ("equi-angular", Self::EquiAngular)]
+    }
+}
+
+static TABLE: OptionTable<Options> = OptionTable {
+    technique: super::MARCH_ID,
+    rows: &[
+        OptionRow {
+            key: "steps",
+            summary: "steps a ray",
+            unit: "",
+            range: OptionRange::Whole([1, MOST_STEPS as u64]),
+            get: |options| options.steps.into(),
+            set: |options, value| options.steps = value.number() as u32,
+        },
+        OptionRow {
+            key: "jitter",
+            summary: "one sample anywhere in each step instead of in its middle; a number is the seed, on is seed 0",
+            unit: "",
+            range: OptionRange::WordOrWhole(&["off", "on"], [0, u32::MAX as u64]),
+            get: |options| options.jitter.map_or(OptionValue::Word("off"), OptionValue::from),
+            set: |options, value| {
+                let seed = value.as_number().map(|seed| seed as u32);
+                options.jitter = if value == OptionValue::Word("on") { Some(0) } else { seed };
+            },
+        },
+        OptionRow {
+            key: "distribution",
+            summary: "how rays near a lamp are cut into steps",
+            unit: "",
+            range: OptionRange::choice::<Distribution>(),
+            get: |options| options.distribution.into(),
+            set: |options, value| options.distribution = value.choice(),
+        },
+    ],
+};
 
 static INFO: TechniqueInfo = TechniqueInfo {
     id: super::MARCH_ID,
     summary: "brute force: every ray is cut into steps, each integrated in closed form",
     paper: "the baseline of Baran et al. 2010; equi-angular steps: Kulla and Fajardo 2012",
-    lights: &["directional", "point", "spot", "textured"],
-    media: &["grey", "rgb", "every sum of phase functions"],
-    cameras: &["perspective", "off-centre", "orthographic"],
-    cannot: &["see shadows that are thinner than a step"],
-    options: &[
-        OptionInfo {
-            key: "steps",
-            summary: "steps a ray",
-            unit: "",
-            range: "an integer from 1 to 65536",
-            default: || Options::default().steps.to_string(),
-        },
-        OptionInfo {
-            key: "jitter",
-            summary: "one sample anywhere in each step instead of in its middle",
-            unit: "",
-            range: "off, on, or a seed (an integer from 0 to 4294967295)",
-            default: || Options::default().jitter.map_or("off".into(), |seed| seed.to_string()),
-        },
-        OptionInfo {
-            key: "distribution",
-            summary: "how rays near a lamp are cut into steps",
-            unit: "",
-            range: "uniform or equi-angular",
-            default: || Options::default().distribution.to_string(),
-        },
-    ],
+    misses: "shadows that are thinner than a step",
+    capabilities: super::CAPABILITIES,
+    rounding: Rounding {
+        overrides: &[("steps", "32")],
+        scaled: 1e-4,
+        // 2 of 32 samples.
+        moved: 2.0 / 32.0,
+        added: 1e-4,
+        lit: 0.05,
+        derivation: "f32: 2,048 additions of rounded weights at the finest preset. A world 1e4 units from the origin has \
+                     coordinates good to 2e-12, so that a moved sample may fall on the neighbouring texel: two of 32. A \
+                     lit sun's steps are exact, a lamp's follow phase function and cone by midpoints: 256 steps were seen \
+                     to miss by a sixty-fourth of the 6 % of 32",
+    },
+    options: &TABLE,
 };
 
 /// The marcher for tools.
@@ -180,47 +174,37 @@ pub struct RayMarchTechnique;
 /// The one instance of [`RayMarchTechnique`].
 pub static TECHNIQUE: RayMarchTechnique = RayMarchTechnique;
 
-impl Technique for RayMarchTechnique {
+impl Configurable for RayMarchTechnique {
+    type Options = Options;
+
     fn info(&self) -> &'static TechniqueInfo {
         &INFO
     }
 
-    fn configure(
+    fn table(&self) -> &'static OptionTable<Options> {
+        &TABLE
+    }
+
+    fn choose(
         &self,
         target: Target,
         overrides: &[(&str, &str)],
         facts: &SceneFacts,
-    ) -> Result<Box<dyn VolumetricShadow>, OptionError> {
-        let chooses_steps = overrides.iter().any(|(key, _)| *key == "steps");
-        let mut options = match target {
-            Target::Quality(level) => Options::for_quality(level),
+    ) -> Result<Options, OptionError> {
+        match target {
+            Target::Quality(level) => Ok(Options::for_quality(level)),
             // A caller that says how many steps it wants asks for no promise.
-            Target::Error(_) if chooses_steps => Options::default(),
-            Target::Error(error) => Options::for_error(error, facts)?,
-        };
-        for (key, value) in overrides {
-            options.set(key, value)?;
+            Target::Error(_) if overrides.iter().any(|(key, _)| *key == "steps") => Ok(Options::default()),
+            Target::Error(error) => Options::for_error(error, facts),
         }
-        Ok(Box::new(RayMarch::new(options)?))
     }
 
-    fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
+    fn instance(&self, options: Options) -> Box<dyn VolumetricShadow> {
+        Box::new(RayMarch::unchecked(options))
+    }
+
+    fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
         // 8 to 16384 steps.
-        (3..=14).map(|power| vec![("steps", (1u32 << power).to_string())]).collect()
-    }
-}
-
-impl Options {
-    /// The options themselves, or the error that names the one out of its range.
-    pub fn checked(self) -> Result<Self, OptionError> {
-        if (1..=MOST_STEPS).contains(&self.steps) {
-            return Ok(self);
-        }
-        Err(OptionError::BadValue {
-            technique: super::MARCH_ID,
-            key: "steps",
-            value: self.steps.to_string(),
-            range: "an integer from 1 to 65536",
-        })
+        (3..=14).map(|power| vec![("steps", 2f64.powi(power))]).collect()
     }
 }

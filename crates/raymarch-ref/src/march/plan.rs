@@ -11,7 +11,7 @@ use super::angle_span::AngleSpan;
 use super::lamp_packet::{ConeLanes, LampMarch, PhaseTerm, march_lamp};
 use super::lanes::{LANES, mixed};
 use super::lookups::{
-    CascadeMaps, Clear, CubeMap, Glass, Grid, MapLanes, ParallelMap, PerspectiveMap, Visibility,
+    CascadeMaps, Clear, CubeMap, FaceMaps, Glass, Grid, MapLanes, ParallelMap, PerspectiveMap, Visibility,
 };
 use super::options::{Distribution, Options};
 use super::packet::{Foot, Packet, Span, cube_lanes, lamp_lanes, sun_lanes};
@@ -89,22 +89,23 @@ impl<'a> Plan<'a> {
         self.casts_shadow || self.frame.texture().is_some()
     }
 
-    /// Renders the packet at pixel `first` into rows that begin there; `cascades` is a buffer for as many maps.
+    /// Renders the packet at pixel `first` into rows that begin there; `layer_lanes` is a buffer for as many maps as
+    /// there are cascades or faces.
     #[inline(always)]
     pub fn march<S: Simd>(
         &self,
         simd: S,
         first: [u32; 2],
         (inscattered, transmittance): (&mut [[f32; 3]], &mut [[f32; 3]]),
-        cascades: &mut [MapLanes],
+        layer_lanes: &mut [MapLanes],
     ) {
         let packet = Packet::new(self.frame, first[0], first[1]);
         let radiance = if !self.marches() {
             self.clear(&packet)
         } else if matches!(self.frame.light(), Light::Directional(_)) {
-            self.sun(simd, &packet, cascades)
+            self.sun(simd, &packet, layer_lanes)
         } else {
-            self.lamp(simd, &packet)
+            self.lamp(simd, &packet, layer_lanes)
         };
         let width = self.frame.size()[0] as usize;
         for lane in packet.own_lanes() {
@@ -140,7 +141,7 @@ impl<'a> Plan<'a> {
 
     /// The unoccluded closed form times the share that the march finds lit.
     #[inline(always)]
-    fn sun<S: Simd>(&self, simd: S, packet: &Packet, cascades: &mut [MapLanes]) -> [DVec3; LANES] {
+    fn sun<S: Simd>(&self, simd: S, packet: &Packet, layer_lanes: &mut [MapLanes]) -> [DVec3; LANES] {
         let frame = self.frame;
         let eye = frame.camera().eye();
         let reach = if self.weakest > 0.0 { NEGLIGIBLE_OPTICAL_DEPTH / self.weakest } else { f64::INFINITY };
@@ -172,10 +173,10 @@ impl<'a> Plan<'a> {
                 }
             }
             ShadowMap::Cascades(layers) if self.casts_shadow => {
-                for (lanes, layer) in cascades.iter_mut().zip(layers) {
+                for (lanes, layer) in layer_lanes.iter_mut().zip(*layers) {
                     *lanes = lanes_in(layer).0;
                 }
-                self.sun_channels(simd, &march, CascadeMaps { layers, lanes: cascades })
+                self.sun_channels(simd, &march, CascadeMaps { layers, lanes: layer_lanes })
             }
             // Without a shadow there is a texture: three channels.
             _ => simd.vectorize(
@@ -219,7 +220,7 @@ impl<'a> Plan<'a> {
     }
 
     #[inline(always)]
-    fn lamp<S: Simd>(&self, simd: S, packet: &Packet) -> [DVec3; LANES] {
+    fn lamp<S: Simd>(&self, simd: S, packet: &Packet, layer_lanes: &mut [MapLanes]) -> [DVec3; LANES] {
         let frame = self.frame;
         let eye = frame.camera().eye();
         let (lamp, spot) = match frame.light() {
@@ -298,6 +299,12 @@ impl<'a> Plan<'a> {
                 let grid = Grid::new(cube.texels(), [cube.size(); 2]);
                 let lanes = cube_lanes(cube.position(), eye, &packet.rays, &feet);
                 self.lamp_channels(simd, &march, CubeMap { grid, lanes: &lanes })
+            }
+            ShadowMap::Faces(faces) if self.casts_shadow => {
+                for (lanes, face) in layer_lanes.iter_mut().zip(*faces) {
+                    *lanes = lamp_lanes(face.projection(), eye, &packet.rays, &feet, &spans).0;
+                }
+                self.lamp_channels(simd, &march, FaceMaps { faces, lanes: layer_lanes })
             }
             // Without a shadow there is a texture: three channels.
             _ => simd.vectorize(

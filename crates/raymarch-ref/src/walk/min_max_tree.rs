@@ -7,7 +7,6 @@
 
 use scatter_core::ShadowMap;
 
-use crate::map_segments::{layer_count, layer_of};
 use crate::parallel;
 
 /// `log2` of the finest blocks' side. Smaller: a tree as large as the map; larger: more single texels to walk.
@@ -44,7 +43,7 @@ impl MinMaxTrees {
     pub fn build(&mut self, shadow: &ShadowMap<'_>) {
         self.lay_out(shadow);
         for (index, bounds) in self.layers.windows(2).enumerate() {
-            let Some(layer) = layer_of(shadow, index) else { continue };
+            let Some(layer) = shadow.layer(index) else { continue };
             let levels = &self.levels[bounds[0]..bounds[1]];
             let width = layer.projection().size()[0] as usize;
             let finest = &mut self.blocks[levels[0].first..][..levels[0].width * levels[0].height];
@@ -85,9 +84,9 @@ impl MinMaxTrees {
         self.levels.clear();
         self.layers.clear();
         let mut total = 0;
-        for index in 0..layer_count(shadow) {
+        for index in 0..shadow.layer_count() {
             self.layers.push(self.levels.len());
-            let Some(layer) = layer_of(shadow, index) else { continue };
+            let Some(layer) = shadow.layer(index) else { continue };
             let [mut width, mut height] =
                 layer.projection().size().map(|n| (n as usize).div_ceil(FINEST_SIDE));
             loop {

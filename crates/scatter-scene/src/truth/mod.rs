@@ -20,8 +20,8 @@ use std::sync::{Mutex, PoisonError};
 use glam::DVec3;
 use rayon::prelude::*;
 use scatter_core::{
-    Frame, Light, Medium, RayLight, RenderError, RenderStats, ScatterImage, StageClock, Unsupported, ViewRay,
-    VolumetricShadow,
+    CameraKind, Capabilities, ExtinctionKind, Frame, Light, LightKind, Limits, MAX_CASCADES, MapKind, Medium,
+    PhaseKind, RayLight, RenderError, RenderStats, ScatterImage, StageClock, ViewRay, VolumetricShadow,
 };
 
 use crate::caster::{RayPlane, SceneCaster};
@@ -41,6 +41,26 @@ pub struct RaycastTruth<'a> {
     /// Counts of each row.
     row_counts: Vec<WalkCounts>,
 }
+
+/// Every light, medium and camera of the model; no map is read.
+const CAPABILITIES: Capabilities = Capabilities {
+    lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    glass: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    maps: &[
+        MapKind::Unshadowed,
+        MapKind::Orthographic,
+        MapKind::Perspective,
+        MapKind::Cube,
+        MapKind::Faces,
+        MapKind::Cascades,
+    ],
+    cameras: &[CameraKind::Perspective, CameraKind::OffCentre, CameraKind::Orthographic],
+    extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
+    phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
+    phase_sums: true,
+    endless_rays: true,
+    limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: MAX_CASCADES, layer_texels: u64::MAX },
+};
 
 impl<'a> RaycastTruth<'a> {
     /// The truth of this scene.
@@ -108,8 +128,8 @@ impl VolumetricShadow for RaycastTruth<'_> {
         "truth-raycast"
     }
 
-    fn supports(&self, _frame: &Frame<'_>) -> Result<(), Unsupported> {
-        Ok(())
+    fn capabilities(&self) -> Capabilities {
+        CAPABILITIES
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {

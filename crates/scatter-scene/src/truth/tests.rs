@@ -442,7 +442,7 @@ fn coloured_glass_multiplies_the_light_texel_by_texel() {
     let depth = DepthMap::new(&[f32::INFINITY], [1, 1]).unwrap();
     let frame = Frame::new(&camera, depth, &sun, &ShadowMap::Unshadowed, &medium, 10.0).unwrap();
     let mut image = ScatterImage::new();
-    RaycastTruth::new(&caster).render(&frame.with_texture(&texture), &mut image).unwrap();
+    RaycastTruth::new(&caster).render(&frame.with_texture(&texture).unwrap(), &mut image).unwrap();
     let piece = |a: f64, b: f64| ((-0.1 * a).exp() - (-0.1 * b).exp()) * scatter_core::INV_4PI;
     // The map's u axis is forward × up = −y × z = −x: red lies on the far side of the ray, x in [0, 1).
     let white = piece(0.0, 3.0) + piece(5.0, 10.0);

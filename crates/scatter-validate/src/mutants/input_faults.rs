@@ -72,11 +72,12 @@ fn wrong_frame<R, F: FnOnce(&Frame<'_>) -> R>(
         Fault::TextureIgnored => {}
         _ => return Ok(None),
     }
-    let shadow = maps.shadow(frame.shadow())?;
+    let mut layers = Vec::new();
+    let shadow = maps.shadow(frame.shadow(), &mut layers)?;
     let depth = DepthMap::new(&distances, camera.size())?;
     let wrong = Frame::new(&camera, depth, frame.light(), &shadow, &medium, max_distance)?;
     let wrong = match frame.texture() {
-        Some(texture) if fault != Fault::TextureIgnored => wrong.with_texture(texture),
+        Some(texture) if fault != Fault::TextureIgnored => wrong.with_texture(texture)?,
         _ => wrong,
     };
     Ok(use_frame.take().map(|use_frame| use_frame(&wrong)))
@@ -129,7 +130,12 @@ impl Maps {
         }
     }
 
-    fn shadow<'s>(&'s self, like: &ShadowMap<'_>) -> Result<ShadowMap<'s>, ModelError> {
+    /// A shadow map of the kind of `like`; `layers` is a buffer.
+    fn shadow<'l, 's: 'l>(
+        &'s self,
+        like: &ShadowMap<'_>,
+        layers: &'l mut Vec<ShadowLayer<'s>>,
+    ) -> Result<ShadowMap<'l>, ModelError> {
         let layer = |index: usize| ShadowLayer::new(self.layers[index].0, &self.layers[index].1);
         Ok(match like {
             ShadowMap::Unshadowed => ShadowMap::Unshadowed,
@@ -138,8 +144,12 @@ impl Maps {
             ShadowMap::Cube(cube) => {
                 ShadowMap::Cube(CubeShadow::new(cube.position().to_array(), cube.size(), &self.cube)?)
             }
-            ShadowMap::Cascades(_) => {
-                ShadowMap::Cascades((0..self.layers.len()).map(layer).collect::<Result<_, _>>()?)
+            ShadowMap::Faces(_) | ShadowMap::Cascades(_) => {
+                *layers = (0..self.layers.len()).map(layer).collect::<Result<_, _>>()?;
+                match layers.as_array() {
+                    Some(faces) if matches!(like, ShadowMap::Faces(_)) => ShadowMap::Faces(faces),
+                    _ => ShadowMap::Cascades(layers),
+                }
             }
         })
     }

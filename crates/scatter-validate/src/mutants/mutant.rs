@@ -1,8 +1,8 @@
 //! A technique with a fault, made around a correct one.
 
 use scatter_core::{
-    Frame, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts, Target, Technique, TechniqueInfo,
-    Unsupported, VolumetricShadow,
+    Capabilities, Frame, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts, Target, Technique,
+    TechniqueInfo, Unsupported, VolumetricShadow,
 };
 
 use super::fault::Fault;
@@ -33,6 +33,15 @@ impl Technique for Mutant<'_> {
         Ok(Box::new(Instance { good, fault: self.fault, first: None, frames: 0 }))
     }
 
+    fn resolved(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        facts: &SceneFacts,
+    ) -> Result<Vec<(&'static str, String)>, OptionError> {
+        self.good.resolved(target, overrides, facts)
+    }
+
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         self.good.ladder()
     }
@@ -51,7 +60,7 @@ impl Instance {
     fn pretends(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
         let lamp = frame.light().position().is_some();
         if self.fault == Fault::HalfRendersUnsupported && lamp {
-            return Err(Unsupported { reason: "a lamp" });
+            return Err(Unsupported { reason: "a lamp".into() });
         }
         Ok(())
     }
@@ -60,6 +69,10 @@ impl Instance {
 impl VolumetricShadow for Instance {
     fn id(&self) -> &'static str {
         self.good.id()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        self.good.capabilities()
     }
 
     fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {

@@ -24,6 +24,15 @@ impl<R: VolumetricShadow + Copy + Sync + 'static> Technique for Optionless<R> {
         Ok(Box::new(self.renderer))
     }
 
+    fn resolved(
+        &self,
+        _target: Target,
+        _overrides: &[(&str, &str)],
+        _facts: &SceneFacts,
+    ) -> Result<Vec<(&'static str, String)>, OptionError> {
+        Ok(Vec::new())
+    }
+
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         Vec::new()
     }

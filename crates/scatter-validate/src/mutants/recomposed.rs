@@ -2,7 +2,7 @@
 //! the integrand can be left out.
 
 use scatter_core::{
-    Frame, Light, RenderError, RenderStats, ScatterImage, TechniqueInfo, Unsupported, ViewRay,
+    Capabilities, Frame, Light, LightKind, RenderError, RenderStats, ScatterImage, TechniqueInfo, ViewRay,
     VolumetricShadow,
 };
 
@@ -61,28 +61,23 @@ pub struct Recomposed {
 const SAMPLES: u32 = 64;
 
 /// What tools see of it.
-pub(super) static INFO: TechniqueInfo = TechniqueInfo {
-    id: "recomposed",
-    summary: "lit stretches of the exact walk, integrated by the midpoint rule",
-    paper: "",
-    lights: &["directional", "point"],
-    media: &["grey", "rgb"],
-    cameras: &["perspective", "orthographic"],
-    cannot: &["render spots and coloured glass"],
-    options: &[],
-};
+pub(super) static INFO: TechniqueInfo = TechniqueInfo::of_reference(
+    "recomposed",
+    "lit stretches of the exact walk, integrated by the midpoint rule",
+    Capabilities {
+        lights: &[LightKind::Directional, LightKind::Point],
+        glass: &[],
+        ..ShadowMapWalk::CAPABILITIES
+    },
+);
 
 impl VolumetricShadow for Recomposed {
     fn id(&self) -> &'static str {
         INFO.id
     }
 
-    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
-        match frame.light() {
-            Light::Spot(_) => Err(Unsupported { reason: "a spot" }),
-            _ if frame.texture().is_some() => Err(Unsupported { reason: "coloured glass" }),
-            _ => Ok(()),
-        }
+    fn capabilities(&self) -> Capabilities {
+        INFO.capabilities
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {

@@ -80,7 +80,7 @@ struct Runner<'a> {
     technique: &'a dyn Technique,
     renderer: Renderer<'a>,
     options: Options,
-    unsupported: Option<&'static str>,
+    unsupported: Option<String>,
     error: ErrorSequence,
 }
 
@@ -128,7 +128,7 @@ impl Motion<'_> {
             for runner in runners.iter_mut().filter(|runner| runner.unsupported.is_none()) {
                 match measure(staged, &mut runner.renderer, 1)? {
                     Outcome::Measured(image) => runner.error.push(staged, map_truth, &image)?,
-                    Outcome::Unsupported(unsupported) => runner.unsupported = Some(unsupported.reason),
+                    Outcome::Unsupported(unsupported) => runner.unsupported = Some(unsupported.reason.into()),
                 }
             }
         }
@@ -153,7 +153,7 @@ impl Motion<'_> {
         rows.extend(runners.into_iter().map(|runner| MotionRow {
             level: Some(self.settings.quality.to_string()),
             options: runner.options.into_iter().collect(),
-            unsupported: runner.unsupported.map(String::from),
+            unsupported: runner.unsupported,
             ..row(runner.technique.info().id, &runner.error, &map_truth_differences)
         }));
         Ok(rows)

@@ -11,8 +11,9 @@ use scatter::epipolar::{
     MapLine, Problem, Queries, Row, RunIndex, Runs, Seen, Slice, SlicePlane, SliceSet, Terms, integrate,
 };
 use scatter::{
-    Frame, Light, Projection, RenderError, RenderStats, ScatterImage, ShadowLayer, ShadowMap, TechniqueInfo,
-    Unsupported, VolumetricShadow, simd_level, walked_radiance,
+    CameraKind, Capabilities, ExtinctionKind, Frame, Light, LightKind, Limits, MapKind, PhaseKind,
+    RenderError, RenderStats, ScatterImage, ShadowLayer, TechniqueInfo, VolumetricShadow, simd_level,
+    walked_radiance,
 };
 
 /// What is wrong with a stage.
@@ -60,31 +61,29 @@ const SPACING: f64 = 0.5;
 const LONGEST: f64 = 1e30;
 
 /// What tools see of it.
-pub static INFO: TechniqueInfo = TechniqueInfo {
-    id: "recomposed slices",
-    summary: "epipolar slices half a pixel apart, summed ray by ray",
-    paper: "",
-    lights: &["directional"],
-    media: &["grey", "rgb"],
-    cameras: &["perspective", "off-centre"],
-    cannot: &["render lamps, coloured glass, cascades and orthographic cameras"],
-    options: &[],
-};
+pub static INFO: TechniqueInfo = TechniqueInfo::of_reference(
+    "recomposed slices",
+    "epipolar slices half a pixel apart, summed ray by ray",
+    Capabilities {
+        lights: &[LightKind::Directional],
+        maps: &[MapKind::Unshadowed, MapKind::Orthographic],
+        cameras: &[CameraKind::Perspective, CameraKind::OffCentre],
+        extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
+        phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
+        phase_sums: true,
+        endless_rays: true,
+        limits: Limits { sun_g: 1.0, layer_texels: u32::MAX as u64, ..Limits::NOTHING },
+        ..Capabilities::NOTHING
+    },
+);
 
 impl VolumetricShadow for RecomposedSlices {
     fn id(&self) -> &'static str {
         INFO.id
     }
 
-    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
-        let reason = match (frame.light(), frame.shadow()) {
-            (Light::Point(_) | Light::Spot(_), _) => "a lamp",
-            (_, ShadowMap::Cascades(_)) => "cascades",
-            _ if frame.texture().is_some() => "coloured glass",
-            _ if frame.camera().projection() == Projection::Orthographic => "an orthographic camera",
-            _ => return Ok(()),
-        };
-        Err(Unsupported { reason })
+    fn capabilities(&self) -> Capabilities {
+        INFO.capabilities
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {

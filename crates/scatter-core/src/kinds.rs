@@ -1,0 +1,162 @@
+//! The kinds of things that a frame is made of: what capabilities are lists of, and what a refusal names.
+
+use std::fmt;
+
+use crate::camera::{Camera, Projection};
+use crate::light::Light;
+use crate::phase::Phase;
+
+/// An enumeration whose values have a short name for tables and a phrase for sentences.
+pub trait Kind: Copy + PartialEq + fmt::Display + 'static {
+    /// All values.
+    const ALL: &'static [Self];
+
+    /// What a frame with it has, with its article: "an orthographic camera".
+    fn phrase(self) -> &'static str;
+}
+
+macro_rules! kinds {
+    ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $short:literal, $phrase:literal;)+ }) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum $name {
+            $($(#[$variant_doc])* $variant,)+
+        }
+
+        impl Kind for $name {
+            const ALL: &'static [Self] = &[$(Self::$variant),+];
+
+            fn phrase(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $phrase,)+
+                }
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(match self {
+                    $(Self::$variant => $short,)+
+                })
+            }
+        }
+    };
+}
+
+kinds! {
+    /// The kind of a frame's light.
+    LightKind {
+        /// A sun.
+        Directional = "directional", "a directional light";
+        /// A lamp.
+        Point = "point", "a point light";
+        /// A lamp with a cone.
+        Spot = "spot", "a spot light";
+    }
+}
+
+kinds! {
+    /// The kind of a light's shadow map.
+    MapKind {
+        /// No map: nothing casts a shadow.
+        Unshadowed = "unshadowed", "no shadow map";
+        /// One parallel map.
+        Orthographic = "orthographic", "one parallel shadow map";
+        /// One perspective map.
+        Perspective = "perspective", "one perspective shadow map";
+        /// Six faces along the world's axes, in wgpu's order and orientation.
+        Cube = "cube", "a cube map in wgpu's order";
+        /// Six faces with projections of their own.
+        Faces = "faces", "six faces of any orientation";
+        /// Several parallel maps of one light.
+        Cascades = "cascades", "cascades";
+    }
+}
+
+kinds! {
+    /// The kind of a camera.
+    CameraKind {
+        /// Rays through one eye, the window centred on the view direction.
+        Perspective = "perspective", "a perspective camera";
+        /// Rays through one eye, any window.
+        OffCentre = "off-centre", "an off-centre perspective camera";
+        /// Parallel rays.
+        Orthographic = "orthographic", "an orthographic camera";
+    }
+}
+
+kinds! {
+    /// How a medium extinguishes the three channels.
+    ExtinctionKind {
+        /// All alike.
+        Grey = "grey", "grey extinction";
+        /// Each by its own σt.
+        Rgb = "rgb", "extinction that differs by channel";
+    }
+}
+
+kinds! {
+    /// The kind of a phase function.
+    PhaseKind {
+        /// The same in all directions.
+        Isotropic = "isotropic", "isotropic scattering";
+        /// Rayleigh's.
+        Rayleigh = "rayleigh", "Rayleigh scattering";
+        /// Henyey and Greenstein's.
+        HenyeyGreenstein = "henyey-greenstein", "Henyey-Greenstein scattering";
+    }
+}
+
+impl LightKind {
+    /// Of a light.
+    pub fn of(light: &Light) -> Self {
+        match light {
+            Light::Directional(_) => Self::Directional,
+            Light::Point(_) => Self::Point,
+            Light::Spot(_) => Self::Spot,
+        }
+    }
+}
+
+impl CameraKind {
+    /// Of a camera. A perspective window counts as centred if its borders mirror each other to 1e-12 of its size.
+    pub fn of(camera: &Camera) -> Self {
+        let window = camera.window();
+        let off = |a: f64, b: f64| (a + b).abs() > 1e-12 * (a - b).abs();
+        match camera.projection() {
+            Projection::Orthographic => Self::Orthographic,
+            Projection::Perspective if off(window.left, window.right) || off(window.bottom, window.top) => {
+                Self::OffCentre
+            }
+            Projection::Perspective => Self::Perspective,
+        }
+    }
+}
+
+impl PhaseKind {
+    /// Of a phase function.
+    pub fn of(phase: &Phase) -> Self {
+        match phase {
+            Phase::Isotropic => Self::Isotropic,
+            Phase::Rayleigh => Self::Rayleigh,
+            Phase::HenyeyGreenstein { .. } => Self::HenyeyGreenstein,
+        }
+    }
+}
+
+/// Kinds by their short names: "a, b, c"; "none" for an empty list.
+pub(crate) fn names<K: Kind>(kinds: &[K]) -> String {
+    match kinds {
+        [] => "none".into(),
+        _ => kinds.iter().map(K::to_string).collect::<Vec<_>>().join(", "),
+    }
+}
+
+/// Words as a choice: "a, b or c".
+pub(crate) fn either(words: &[&str]) -> String {
+    match words {
+        [] => "nothing".into(),
+        [one] => (*one).into(),
+        [first @ .., last] => format!("{} or {last}", first.join(", ")),
+    }
+}

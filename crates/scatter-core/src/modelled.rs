@@ -1,0 +1,21 @@
+//! What a frame requires of whoever models it: the names in [`RenderStats::modelled`](crate::RenderStats::modelled).
+
+use crate::render_stats::RenderStats;
+use crate::scene_facts::SceneFacts;
+
+impl RenderStats {
+    /// Writes down what a technique models of a frame with these facts: `transmittance`, `rgb-extinction`, `phase`,
+    /// `light-texture`, `shadow-map`, each where the frame has it.
+    pub fn push_modelled(&mut self, facts: &SceneFacts) {
+        let required = [
+            ("transmittance", facts.max_optical_depth > 0.0),
+            ("rgb-extinction", !facts.grey_extinction),
+            ("phase", facts.anisotropic),
+            ("light-texture", facts.textured),
+            ("shadow-map", facts.casts_shadow),
+        ];
+        for (name, _) in required.into_iter().filter(|(_, required)| *required) {
+            self.modelled.push(name, ());
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! A frame without pixels: all that a technique needs to set up, and nothing that only a GPU may hold.
+//!
+//! Slices, bands, factors, capabilities and whatever else is prepared on the CPU read a [`Setup`]; a
+//! [`Frame`](crate::Frame) is a set-up with its texels.
+
+use glam::DVec3;
+
+use crate::camera::Camera;
+use crate::cube_faces::covers_the_sphere;
+use crate::error::ModelError;
+use crate::kinds::MapKind;
+use crate::light::{DirectionalLight, Light};
+use crate::map_layout::MapLayout;
+use crate::medium::Medium;
+use crate::shadow_map::MapProjection;
+
+/// Camera, light, medium, range, and where the maps and the coloured glass look. Checked once: a set-up that exists is
+/// sane. Copied as it is; about 2 KB.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setup<'a> {
+    pub(crate) camera: &'a Camera,
+    pub(crate) light: &'a Light,
+    pub(crate) medium: &'a Medium,
+    pub(crate) max_distance: f64,
+    pub(crate) maps: MapLayout,
+    pub(crate) texture: Option<MapProjection>,
+}
+
+impl<'a> Setup<'a> {
+    /// Borrows the parts and checks how they fit each other (each part has checked itself).
+    ///
+    /// `max_distance` ≥ 0 \[world units\] is where rays end that hit nothing nearer; it may be ∞ if the medium
+    /// extinguishes every channel that scatters. Errors name what does not fit and the cure.
+    pub fn new(
+        camera: &'a Camera,
+        light: &'a Light,
+        maps: MapLayout,
+        medium: &'a Medium,
+        max_distance: f64,
+    ) -> Result<Self, ModelError> {
+        check_range(max_distance, light, medium)?;
+        check_lamp(camera, light)?;
+        check_maps(light, &maps)?;
+        Ok(Self { camera, light, medium, max_distance, maps, texture: None })
+    }
+
+    /// The same with coloured glass in front of the light.
+    ///
+    /// The glass is read by the kind of its light, so an error is: perspective glass on a sun, or glass that does not
+    /// look along it; parallel glass on a lamp, or a cone that does not start at the lamp.
+    pub fn with_texture(self, projection: MapProjection) -> Result<Self, ModelError> {
+        check_glass(self.light, &projection)?;
+        Ok(Self { texture: Some(projection), ..self })
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> &'a Camera {
+        self.camera
+    }
+
+    /// The light of this pass.
+    pub fn light(&self) -> &'a Light {
+        self.light
+    }
+
+    /// The medium.
+    pub fn medium(&self) -> &'a Medium {
+        self.medium
+    }
+
+    /// Where rays end that hit nothing nearer \[world units\], ≥ 0 or ∞.
+    pub fn max_distance(&self) -> f64 {
+        self.max_distance
+    }
+
+    /// Where the light's maps look.
+    pub fn maps(&self) -> &MapLayout {
+        &self.maps
+    }
+
+    /// Where the coloured glass in front of the light is.
+    pub fn texture(&self) -> Option<&MapProjection> {
+        self.texture.as_ref()
+    }
+
+    /// `[width, height]` of the image.
+    pub fn size(&self) -> [u32; 2] {
+        self.camera.size()
+    }
+}
+
+fn check_range(max_distance: f64, light: &Light, medium: &Medium) -> Result<(), ModelError> {
+    if !(max_distance >= 0.0) {
+        return Err(ModelError::OutOfRange {
+            field: "max_distance".into(),
+            value: max_distance,
+            range: "a number ≥ 0, or ∞ in a medium with extinction",
+        });
+    }
+    let endless = max_distance == f64::INFINITY && matches!(light, Light::Directional(_));
+    // σt = 0 in a channel means that it scatters nothing either, so the integral is 0 there, not infinite; but a
+    // channel with σt > 0 converges. Nothing to refuse but a σ so small that 1/σ overflows.
+    let overflows = medium.sigma_t().iter().any(|&sigma| sigma > 0.0 && !(1.0 / sigma).is_finite());
+    if endless && overflows {
+        return Err(ModelError::Mismatch(
+            "max_distance is ∞ and the extinction is below 1e-308; give a finite max_distance".into(),
+        ));
+    }
+    Ok(())
+}
+
+fn check_lamp(camera: &Camera, light: &Light) -> Result<(), ModelError> {
+    match light.position() {
+        Some(position) if position == camera.eye() => Err(ModelError::Mismatch(
+            "the lamp is at the camera's eye, where the integral diverges; move one of them".into(),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn mismatch<T>(message: &str) -> Result<T, ModelError> {
+    Err(ModelError::Mismatch(message.into()))
+}
+
+fn check_maps(light: &Light, maps: &MapLayout) -> Result<(), ModelError> {
+    let projections = maps.projections();
+    match (light, maps.kind()) {
+        (_, MapKind::Unshadowed) => Ok(()),
+        (Light::Directional(sun), MapKind::Orthographic | MapKind::Cascades) => {
+            for projection in projections {
+                if projection.is_perspective() {
+                    return mismatch(
+                        "a directional light has a perspective shadow map; give a parallel projection",
+                    );
+                }
+                if !looks_along(projection, sun) {
+                    return mismatch(
+                        "the shadow map does not look along the directional light; build it from light.direction",
+                    );
+                }
+            }
+            Ok(())
+        }
+        (Light::Directional(_), _) => {
+            mismatch("a directional light needs an orthographic shadow map, cascades, or none")
+        }
+        (Light::Point(_) | Light::Spot(_), MapKind::Cube) => {
+            projections.iter().try_for_each(|projection| map_at_the_lamp(light, projection))
+        }
+        (Light::Point(_) | Light::Spot(_), MapKind::Faces) => check_faces(light, projections),
+        (Light::Point(_), _) => mismatch("a point light needs a cube shadow map, six faces, or none"),
+        (Light::Spot(_), MapKind::Perspective) => {
+            if !projections.iter().all(MapProjection::is_perspective) {
+                return mismatch("a spot light has a parallel shadow map; give a perspective projection");
+            }
+            projections.iter().try_for_each(|projection| map_at_the_lamp(light, projection))
+        }
+        (Light::Spot(_), _) => {
+            mismatch("a spot light needs a perspective or a cube shadow map, six faces, or none")
+        }
+    }
+}
+
+fn check_faces(light: &Light, faces: &[MapProjection]) -> Result<(), ModelError> {
+    for face in faces {
+        let [width, height] = face.size();
+        if !face.is_perspective() || width != height {
+            return mismatch(
+                "a face of the cube map is parallel or not square; give six square perspective faces",
+            );
+        }
+        map_at_the_lamp(light, face)?;
+    }
+    if covers_the_sphere(faces) {
+        Ok(())
+    } else {
+        mismatch(
+            "the six faces of the cube map leave a gap; give faces of at least 90° that look along six directions \
+             at right angles to each other",
+        )
+    }
+}
+
+fn map_at_the_lamp(light: &Light, projection: &MapProjection) -> Result<(), ModelError> {
+    match projection.centre() {
+        Some(centre) if at_the_lamp(light, centre) => Ok(()),
+        Some(_) => mismatch("the shadow map's centre is not at the lamp; build it from light.position"),
+        None => mismatch("the shadow map has a singular projection; build it from the lamp"),
+    }
+}
+
+fn check_glass(light: &Light, projection: &MapProjection) -> Result<(), ModelError> {
+    match light {
+        Light::Directional(_) if projection.is_perspective() => {
+            mismatch("a directional light has perspective glass; give its texture a parallel projection")
+        }
+        Light::Directional(sun) if !looks_along(projection, sun) => mismatch(
+            "the glass does not look along the directional light; build its texture's projection from light.direction",
+        ),
+        Light::Directional(_) => Ok(()),
+        Light::Point(_) | Light::Spot(_) if !projection.is_perspective() => mismatch(
+            "a lamp has parallel glass; give its texture a perspective projection from light.position",
+        ),
+        Light::Point(_) | Light::Spot(_) => match projection.centre() {
+            Some(centre) if at_the_lamp(light, centre) => Ok(()),
+            _ => mismatch(
+                "the glass is not centred at the lamp; build its texture's projection from light.position",
+            ),
+        },
+    }
+}
+
+/// Whether light rays keep to one texel and go deeper: 1e-6 texels a texel's width of depth allow for f32 matrices.
+fn looks_along(projection: &MapProjection, sun: &DirectionalLight) -> bool {
+    let [u, v, depth] = projection.rows().map(|row| row.truncate().dot(sun.direction()));
+    let scale = projection.rows().map(|row| row.truncate().length());
+    depth > 0.0 && u.abs() <= 1e-6 * scale[0] && v.abs() <= 1e-6 * scale[1]
+}
+
+/// A map's centre against the lamp's: 1e-5 of their distance from the origin allows for f32 matrices.
+fn at_the_lamp(light: &Light, centre: DVec3) -> bool {
+    light.position().is_some_and(|position| centre.distance(position) <= 1e-5 * (1.0 + position.length()))
+}
