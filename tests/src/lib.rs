@@ -1,8 +1,12 @@
 //! What only several crates together can show: random worlds, rendered by every technique through the trait.
 
+mod method;
+mod tally;
 mod world;
 
-pub use world::{Method, Mirror, World, WorldLight};
+pub use method::Method;
+pub use tally::{Tally, for_all};
+pub use world::{GLASS_SIDE, Mirror, World, WorldLight};
 
 /// The code in the README compiles.
 #[cfg(doctest)]

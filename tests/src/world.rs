@@ -1,31 +1,14 @@
-//! A random world: triangles, a camera, a light, a medium and the light's map, all of which can be moved together.
+//! A random world: triangles, a camera, a light with its maps and its glass, and a medium, all of which can be moved
+//! together.
 //!
 //! The maps are cast once, in the world's own frame; a moved world carries the same texels along. So a property such
 //! as "a rigid motion leaves the image unchanged" tests the technique, not the ray caster's luck at an edge.
 
-use glam::{DAffine3, DMat4, DVec3};
+use glam::{DAffine3, DMat4, DVec3, DVec4};
 use proptest::prelude::*;
-use raymarch_ref::{Options, RayMarch, ShadowMapWalk};
-use scatter::epipolar::{Epipolar, Options as EpipolarOptions};
-use scatter_core::{
-    Camera, CubeShadow, DepthMap, Frame, Light, MapProjection, Medium, Phase, RayLight, ScatterImage,
-    Scattering, SceneFacts, ShadowLayer, ShadowMap, Target, Technique, VolumetricShadow,
-};
-use scatter_scene::{RaycastTruth, Scene, SceneCaster};
-
-/// What renders a world.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
-    /// Exact visibility by the triangles.
-    RaycastTruth,
-    /// The exact walk through the map.
-    ShadowMapWalk,
-    /// The marcher with that many steps.
-    RayMarch(u32),
-    /// Epipolar integration with uniform slices a quarter of a pixel apart and eight terms: without choices that
-    /// rounding could tip over.
-    Epipolar,
-}
+use scatter_core::{Camera, Light, MapProjection, Medium, Phase, RayLight, Scattering};
+use scatter_scene::{Scene, SceneCaster};
+use scatter_testing::{MapKind, OwnedFrame};
 
 /// A light, before it is moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +51,11 @@ pub struct World {
     pub sigma_a: [f64; 3],
     /// Where rays end.
     pub max_distance: f64,
-    /// Texels along an edge of the light's map.
+    /// Whether a sun's map is three cascades, one around the other.
+    pub cascades: bool,
+    /// Coloured glass before the light, `[row][column]` of [`GLASS_SIDE`]² panes that let at most all light through.
+    pub glass: Option<Vec<[f32; 3]>>,
+    /// Texels along an edge of each of the light's maps.
     pub map_side: u32,
     /// The rigid motion that carries the world into space.
     pub motion: DAffine3,
@@ -83,21 +70,31 @@ pub struct World {
 #[derive(Clone)]
 struct Maps {
     depth: Vec<f32>,
-    shadow: Vec<f32>,
+    shadow: Vec<Vec<f32>>,
 }
 
 impl std::fmt::Debug for Maps {
     /// Thousands of texels say nothing in a failure's report; they follow from the rest.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Maps {{ {} + {} texels }}", self.depth.len(), self.shadow.len())
+        let texels = self.shadow.iter().map(Vec::len).sum::<usize>();
+        write!(f, "Maps {{ {} + {texels} texels }}", self.depth.len())
     }
 }
 
-/// Around which point and how far the sun's map reaches, in the world's own frame.
+/// How far the sun's map reaches around the origin, in the world's own frame; that of the largest cascade.
 const MAP_RADIUS: f64 = 12.0;
+/// How far the smaller cascades reach. Triangles lie within 9 units of the origin.
+const CASCADES: [f64; 2] = [3.0, 6.0];
+/// Panes along a side of the glass.
+pub const GLASS_SIDE: u32 = 5;
+/// How far the glass before a sun reaches, and the tangent of the half angle of that before a point light. What lies
+/// beside it gets all light.
+const GLASS_RADIUS: f64 = 5.0;
+const GLASS_TANGENT: f64 = 0.8;
 
 impl World {
-    /// A world of `3..=triangle_count` random triangles within 6 units of the origin, any light, any medium.
+    /// A world of `3..=triangle_count` random triangles within 9 units of the origin, any light, any medium; half of the
+    /// suns have cascades, a third of the lights glass.
     pub fn any(triangle_count: usize) -> impl Strategy<Value = Self> {
         let point = |r: f64| [-r..r, -r..r, -r..r].prop_map(DVec3::from);
         let triangle = (point(5.0), point(2.0), point(2.0)).prop_map(|(a, u, v)| [a, a + u, a + v]);
@@ -124,50 +121,67 @@ impl World {
             let d = *t - *e;
             d.length() > 0.5 && d.cross(DVec3::Y).length() > 0.1 * d.length()
         });
-        (prop::collection::vec(triangle, 3..=triangle_count), camera, light, medium, 2.0..20.0f64)
+        let pane = [0.0..=1.0f32, 0.0..=1.0, 0.0..=1.0];
+        let glass = prop::option::weighted(
+            1.0 / 3.0,
+            prop::collection::vec(pane, (GLASS_SIDE * GLASS_SIDE) as usize),
+        );
+        let triangles = prop::collection::vec(triangle, 3..=triangle_count);
+        (triangles, camera, light, medium, 2.0..20.0f64, any::<bool>(), glass)
             .prop_filter("the lamp is not at the eye", |(_, (eye, _), light, ..)| match light {
                 WorldLight::Sun(_) => true,
                 WorldLight::Point(p) | WorldLight::Spot(p, ..) => p.distance(*eye) > 0.5,
             })
-            .prop_map(
-                |(triangles, (eye, target), light, (mut components, mut sigma_a, grey), max_distance)| {
-                    if grey {
-                        // The grey inner loops are different code.
-                        components.iter_mut().for_each(|c| c.sigma_s = [c.sigma_s[0]; 3]);
-                        sigma_a = [sigma_a[0]; 3];
-                    }
-                    Self {
-                        triangles,
-                        eye,
-                        target,
-                        size: [9, 7],
-                        light,
-                        strength: [3.0, 2.0, 1.0],
-                        components,
-                        sigma_a,
-                        max_distance,
-                        map_side: 33,
-                        motion: DAffine3::IDENTITY,
-                        scale: 1.0,
-                        mirror: Mirror::No,
-                        maps: None,
-                    }
-                    .with_maps()
-                },
-            )
+            .prop_map(|(triangles, (eye, target), light, medium, max_distance, cascades, glass)| {
+                let (mut components, mut sigma_a, grey) = medium;
+                if grey {
+                    // The grey inner loops are different code.
+                    components.iter_mut().for_each(|c| c.sigma_s = [c.sigma_s[0]; 3]);
+                    sigma_a = [sigma_a[0]; 3];
+                }
+                Self {
+                    triangles,
+                    eye,
+                    target,
+                    size: [9, 7],
+                    light,
+                    strength: [3.0, 2.0, 1.0],
+                    components,
+                    sigma_a,
+                    max_distance,
+                    cascades,
+                    glass,
+                    map_side: 33,
+                    motion: DAffine3::IDENTITY,
+                    scale: 1.0,
+                    mirror: Mirror::No,
+                    maps: None,
+                }
+                .with_maps()
+            })
     }
 
     /// Casts the maps anew, after triangles or camera changed; before the world is moved.
     pub fn with_maps(mut self) -> Self {
         let caster = self.caster();
-        let mut maps = Maps { depth: Vec::new(), shadow: Vec::new() };
-        caster.depth_map(&self.camera(), &mut maps.depth);
-        match self.light {
-            WorldLight::Point(p) => caster.cube_map(p.to_array(), self.map_side, &mut maps.shadow),
-            _ => caster.shadow_map(&self.projection(), &mut maps.shadow),
-        }
-        .expect("the world's maps can be cast");
-        self.maps = Some(maps);
+        let mut depth = Vec::new();
+        caster.depth_map(&self.camera(), &mut depth);
+        let texels = |cast: &dyn Fn(&mut Vec<f32>)| {
+            let mut texels = Vec::new();
+            cast(&mut texels);
+            texels
+        };
+        let shadow = match self.light {
+            WorldLight::Point(p) => vec![texels(&|out| {
+                caster.cube_map(p.to_array(), self.map_side, out).expect("the lamp's faces can be cast");
+            })],
+            _ => (self.projections().iter())
+                .map(|projection| {
+                    texels(&|out| caster.shadow_map(projection, out).expect("the light's map can be cast"))
+                })
+                .collect(),
+        };
+        self.maps = Some(Maps { depth, shadow });
         self
     }
 
@@ -186,12 +200,17 @@ impl World {
         matches!(self.light, WorldLight::Point(_))
     }
 
-    /// The same world with every texel of the light's map at `depth`.
+    /// The same world with every texel of the light's maps at `depth`.
     pub fn with_shadow(mut self, depth: f32) -> Self {
         if let Some(maps) = &mut self.maps {
-            maps.shadow.fill(depth);
+            maps.shadow.iter_mut().for_each(|texels| texels.fill(depth));
         }
         self
+    }
+
+    /// The same world without glass.
+    pub fn without_glass(self) -> Self {
+        Self { glass: None, ..self }
     }
 
     fn place(&self) -> DAffine3 {
@@ -233,84 +252,99 @@ impl World {
         Medium::new(self.components.clone(), self.sigma_a).expect("the world's medium is sane")
     }
 
-    /// The light's projection in space: that of the world's own frame, after the inverse of its place.
-    fn projection(&self) -> MapProjection {
-        let (axis, centre, perspective) = match self.light {
-            WorldLight::Sun(d) => (d.normalize(), -MAP_RADIUS * d.normalize(), None),
-            WorldLight::Spot(p, d, _, outer) => (d.normalize(), p, Some(outer.to_radians().tan())),
-            WorldLight::Point(_) => unreachable!("a point light has a cube map"),
-        };
-        let back = -axis;
+    /// The projections of a sun's maps or of a spot's.
+    fn projections(&self) -> Vec<MapProjection> {
+        let sun = |d: DVec3, half: f64| self.parallel(d, half, self.map_side);
+        match self.light {
+            WorldLight::Sun(d) if self.cascades => {
+                CASCADES.into_iter().chain([MAP_RADIUS]).map(|half| sun(d, half)).collect()
+            }
+            WorldLight::Sun(d) => vec![sun(d, MAP_RADIUS)],
+            WorldLight::Spot(p, d, _, outer) => {
+                vec![self.fan(p, d, outer.to_radians().tan(), self.map_side)]
+            }
+            WorldLight::Point(_) => vec![],
+        }
+    }
+
+    /// The projection of the glass.
+    fn glass_projection(&self) -> MapProjection {
+        match self.light {
+            WorldLight::Sun(d) => self.parallel(d, GLASS_RADIUS, GLASS_SIDE),
+            WorldLight::Spot(p, d, _, outer) => self.fan(p, d, outer.to_radians().tan(), GLASS_SIDE),
+            WorldLight::Point(p) => self.fan(p, DVec3::NEG_Y, GLASS_TANGENT, GLASS_SIDE),
+        }
+    }
+
+    /// A parallel projection along `d` through the origin, in space.
+    fn parallel(&self, d: DVec3, half: f64, side: u32) -> MapProjection {
+        let axis = d.normalize();
+        // Linear depth, and w = 1.
+        self.in_space(axis, -MAP_RADIUS * axis, half, side, |depth| [depth, DVec4::W])
+    }
+
+    /// A perspective projection from `p` along `d`, in space.
+    fn fan(&self, p: DVec3, d: DVec3, tangent: f64, side: u32) -> MapProjection {
+        // Reversed z with its plane at distance 1.
+        self.in_space(d.normalize(), p, tangent, side, |depth| [DVec4::W, depth])
+    }
+
+    /// The projection of the world's own frame, after the inverse of its place. `last_rows` makes the third and the
+    /// fourth row of the linear depth's.
+    fn in_space(
+        &self,
+        axis: DVec3,
+        centre: DVec3,
+        half: f64,
+        side: u32,
+        last_rows: impl FnOnce(DVec4) -> [DVec4; 2],
+    ) -> MapProjection {
         let right = axis.any_orthonormal_vector();
-        let up = back.cross(right);
+        let up = (-axis).cross(right);
         let row = |a: DVec3, scale: f64| (a * scale).extend(-a.dot(centre) * scale);
-        // Depth row and last row: linear depth for a sun; reversed z with its plane at distance 1 for a spot.
-        let (third, last) = match perspective {
-            Some(_) => (glam::DVec4::W, row(axis, 1.0)),
-            None => (row(axis, 1.0), glam::DVec4::W),
-        };
-        let half = perspective.unwrap_or(MAP_RADIUS);
+        let [third, last] = last_rows(row(axis, 1.0));
         let clip_from_own =
             DMat4::from_cols(row(right, 1.0 / half), row(up, 1.0 / half), third, last).transpose();
         let clip = clip_from_own * DMat4::from(self.place().inverse());
-        MapProjection::from_clip_from_world(clip.to_cols_array_2d(), [self.map_side; 2])
+        MapProjection::from_clip_from_world(clip.to_cols_array_2d(), [side; 2])
             .expect("the world's projection is sane")
     }
 
-    fn caster(&self) -> SceneCaster {
+    /// What casts rays against the triangles in space.
+    pub fn caster(&self) -> SceneCaster {
         let positions = self.triangles.iter().flatten().map(|&p| self.point(p).into()).collect();
         let triangles = (0..self.triangles.len() as u32).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
         SceneCaster::new(&Scene { positions, triangles, ..Scene::default() })
             .expect("the world has triangles")
     }
 
-    /// Renders the world.
-    pub fn render(&self, method: Method) -> ScatterImage {
-        match method {
-            Method::RaycastTruth => self.render_with(&mut RaycastTruth::new(&self.caster())),
-            Method::ShadowMapWalk => self.render_with(&mut ShadowMapWalk::new()),
-            Method::RayMarch(steps) => self.render_with(
-                &mut RayMarch::new(Options { steps, ..Options::default() }).expect("sane options"),
-            ),
-            Method::Epipolar => self.render_with(&mut Epipolar::new(uniform_slices())),
-        }
-    }
-
-    /// Renders the world with any technique.
-    pub fn render_with(&self, technique: &mut dyn VolumetricShadow) -> ScatterImage {
-        self.with_frame(|frame| {
-            let mut image = ScatterImage::new();
-            technique.supports(frame).expect("references support every frame");
-            technique.render(frame, &mut image).expect("references render every frame");
-            image
-        })
-    }
-
-    /// Renders the world with a technique configured for it, without options; `None` if it cannot promise the target.
-    pub fn render_by(&self, technique: &dyn Technique, target: Target) -> Option<ScatterImage> {
-        let instance = self.with_frame(|frame| technique.configure(target, &[], &SceneFacts::of(frame)));
-        Some(self.render_with(instance.ok()?.as_mut()))
-    }
-
-    fn with_frame<R>(&self, visit: impl FnOnce(&Frame<'_>) -> R) -> R {
+    /// Everything that the world's frame borrows.
+    pub fn frame(&self) -> OwnedFrame {
         let maps = self.maps.as_ref().expect("a world has maps");
-        let (camera, light, medium) = (self.camera(), self.light(), self.medium());
-        let scaled = |texels: &[f32]| -> Vec<f32> { texels.iter().map(|&t| t * self.scale as f32).collect() };
-        let (depth, shadow) = (scaled(&maps.depth), scaled(&maps.shadow));
-        let shadow = match self.light {
-            WorldLight::Sun(_) => {
-                ShadowMap::Orthographic(ShadowLayer::new(self.projection(), &shadow).expect("checked"))
-            }
-            WorldLight::Spot(..) => {
-                ShadowMap::Perspective(ShadowLayer::new(self.projection(), &shadow).expect("checked"))
-            }
+        let scaled = |texels: &Vec<f32>| texels.iter().map(|&t| t * self.scale as f32).collect();
+        let mut texels: Vec<Vec<f32>> = maps.shadow.iter().map(scaled).collect();
+        let (kind, projections) = match self.light {
+            WorldLight::Sun(_) if self.cascades => (MapKind::Cascades, self.projections()),
+            WorldLight::Sun(_) => (MapKind::Orthographic, self.projections()),
+            WorldLight::Spot(..) => (MapKind::Spot, self.projections()),
             WorldLight::Point(p) => {
-                ShadowMap::Cube(CubeShadow::new(self.point(p), self.map_side, &shadow).expect("checked"))
+                let face = |face| MapProjection::cube_face(self.point(p), face, self.map_side);
+                let faces = (0..6).map(|index| face(index).expect("a cube's face is sane")).collect();
+                texels = texels[0].chunks(texels[0].len() / 6).map(<[f32]>::to_vec).collect();
+                (MapKind::Point, faces)
             }
         };
-        let depth = DepthMap::new(&depth, self.size).expect("checked");
-        let max_distance = self.max_distance * self.scale;
-        visit(&Frame::new(&camera, depth, &light, &shadow, &medium, max_distance).expect("a sane frame"))
+        OwnedFrame {
+            camera: self.camera(),
+            depth: scaled(&maps.depth),
+            light: self.light(),
+            kind,
+            projections,
+            texels,
+            medium: self.medium(),
+            texture: self.glass.clone().map(|panes| (self.glass_projection(), panes)),
+            max_distance: self.max_distance * self.scale,
+        }
     }
 
     /// The closed form of every pixel without shadows, to the end of its ray.
@@ -341,11 +375,4 @@ impl World {
             })
             .collect()
     }
-}
-
-fn uniform_slices() -> EpipolarOptions {
-    let mut options =
-        EpipolarOptions { spacing: 0.25, aim: None, rank: Some(8), ..EpipolarOptions::default() };
-    options.refinement.halvings = 0;
-    options
 }

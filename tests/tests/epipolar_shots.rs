@@ -6,12 +6,13 @@ use std::sync::LazyLock;
 
 use glam::DVec2;
 use raymarch_ref::ShadowMapWalk;
-use scatter::epipolar::{self, Epipole};
+use scatter::epipolar;
+use scatter::epipolar::geometry::Epipole;
 use scatter_core::{Frame, Quality, ScatterImage, ShadowMap, Target, VolumetricShadow, walked_radiance};
 use scatter_scene::{builtin_shots, export, load_shot};
-use scatter_validate::matrix::shadow_map_truth;
 use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
 use scatter_validate::staged_shot::resized;
+use scatter_validate::truths::shadow_map_truth;
 use scatter_validate::{Figures, Labelled, StagedShot, compare};
 
 /// A picture of odd sides, with texels about as wide as its pixels.
@@ -190,7 +191,7 @@ fn staged(path: &Path, size: [u32; 2], map: u32) -> StagedShot {
 /// Stages a shot once, renders it by every preset and every error target.
 fn find(path: &Path, most: fn(Quality) -> f64) -> Found {
     let staged = staged(path, SIZE, MAP);
-    let truth = shadow_map_truth(&staged, 1).unwrap();
+    let truth = shadow_map_truth(&staged).unwrap();
     let unoccluded = unoccluded(&staged);
     let levels = [Quality::Preview, Quality::Game, Quality::Film];
     Found {
@@ -270,7 +271,7 @@ fn an_error_that_is_asked_for_is_kept_on_every_shared_shot() {
 fn in_larger_pictures_99_of_100_pixels_keep_the_level() {
     for name in ["comb", "sunset", "beam"] {
         let staged = staged(&builtin_path(name), [641, 479], 1024);
-        let truth = shadow_map_truth(&staged, 1).unwrap();
+        let truth = shadow_map_truth(&staged).unwrap();
         judge(&[Quality::Game, Quality::Film].map(|level| {
             let found = rendered(&staged, Target::Quality(level));
             let Figures { rel_rmse, p99, .. } = figures(&staged, &truth, &found);

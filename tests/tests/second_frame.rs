@@ -5,10 +5,8 @@
 
 use raymarch_ref::ShadowMapWalk;
 use scatter::{TECHNIQUES, Target};
-use scatter_core::{
-    Camera, CubeShadow, DepthMap, Frame, Light, LightTexture, MapProjection, Medium, Phase, Quality,
-    ScatterImage, Scattering, SceneFacts, ShadowLayer, ShadowMap, VolumetricShadow,
-};
+use scatter_core::{Frame, Quality, ScatterImage, SceneFacts, VolumetricShadow};
+use scatter_testing::{Filling, MapKind, OwnedFrame, coloured_medium};
 use scatter_validate::checks::counting_allocator::{CountingAllocator, allocations_of_this_thread};
 
 #[global_allocator]
@@ -80,65 +78,27 @@ fn the_second_frame_allocates_nothing_though_the_camera_moves() {
 
 /// Renders pairs of frames under every kind of light and map; returns the names of what rendered them.
 fn try_every_light(size: [u32; 2]) -> Vec<String> {
-    let camera = Camera::perspective([0.1, 1.0, 6.0], [0.0; 3], [0.0, 1.0, 0.0], 70.0, size).unwrap();
-    let distances: Vec<f32> = (0..size[0] * size[1]).map(|i| 4.0 + (i % 9) as f32).collect();
-    let depth = DepthMap::new(&distances, size).unwrap();
-    let texels: Vec<f32> =
-        (0..6 * 64 * 64).map(|i| if i % 7 < 3 { f32::INFINITY } else { 2.0 + (i % 5) as f32 }).collect();
-    let component = |phase| Scattering { sigma_s: [0.1, 0.2, 0.3], phase };
-    let medium = Medium::new(
-        vec![component(Phase::Rayleigh), component(Phase::HenyeyGreenstein { g: 0.5 })],
-        [0.0; 3],
-    )
-    .unwrap();
-    let (down, up) = ([0.1, -1.0, 0.2], [0.0, 0.0, 1.0]);
-    let parallel = |half: f64| {
-        let projection = MapProjection::orthographic([0.0, 8.0, 0.0], down, up, [half; 2], [64, 48]).unwrap();
-        ShadowLayer::new(projection, &texels[..64 * 48]).unwrap()
-    };
-    let cone = MapProjection::perspective([0.0, 8.0, 0.0], down, up, 0.5, 64).unwrap();
-    let sun = Light::directional(down, [1.0; 3]).unwrap();
-    let spot = Light::spot([0.0, 8.0, 0.0], down, [5.0; 3], 10.0, 26.0, 0.0).unwrap();
-    let wide = Light::spot([0.0, 3.0, 0.0], down, [5.0; 3], 40.0, 88.0, 0.0).unwrap();
-    let point = Light::point([0.0, 3.0, 0.0], [5.0; 3], 0.0).unwrap();
-    let cube = || ShadowMap::Cube(CubeShadow::new([0.0, 3.0, 0.0], 64, &texels).unwrap());
-    let cascades = [parallel(2.0), parallel(5.0)];
-    let shadows = [
-        (&sun, ShadowMap::Orthographic(parallel(5.0))),
-        (&sun, ShadowMap::Cascades(&cascades)),
-        (&spot, ShadowMap::Perspective(ShadowLayer::new(cone, &texels[..64 * 64]).unwrap())),
-        (&wide, cube()),
-        (&point, cube()),
-        (&sun, ShadowMap::Unshadowed),
-    ];
-    let colours = vec![[0.5, 1.0, 2.0]; 16 * 16];
-    let glass = MapProjection::orthographic([0.0, 8.0, 0.0], down, up, [2.0; 2], [16, 16]).unwrap();
-    let texture = LightTexture::new(glass, &colours).unwrap();
-    // A twentieth of a pixel: a pixel of an image twenty times as wide.
-    let moved = camera.shifted(0.05, 0.025);
     let mut tried = Vec::new();
-    for (light, shadow) in &shadows {
-        for textured in [false, true] {
-            let [first, second] = [&camera, &moved].map(|camera| {
-                let frame = Frame::new(camera, depth, light, shadow, &medium, 20.0).unwrap();
-                if textured { frame.with_texture(&texture).unwrap() } else { frame }
-            });
-            for (name, mut instance) in instances(&SceneFacts::of(&first), size == SIZES[1]) {
-                if instance.supports(&first).is_err() {
-                    continue;
+    for (kind, textured) in MapKind::ALL.into_iter().flat_map(|kind| [(kind, false), (kind, true)]) {
+        let stock = OwnedFrame::stock(kind, size, 64, Filling::Random { seed: 1, far: 9.0 });
+        let mut first = if textured { stock.with_glass() } else { stock };
+        first.medium = coloured_medium();
+        // A twentieth of a pixel: a pixel of an image twenty times as wide.
+        let second = OwnedFrame { camera: first.camera.shifted(0.05, 0.025), ..first.clone() };
+        first.with(|first| {
+            second.with(|second| {
+                for (name, mut instance) in instances(&SceneFacts::of(first), size == SIZES[1]) {
+                    if instance.supports(first).is_err() {
+                        continue;
+                    }
+                    let [one, two] = allocated(instance.as_mut(), [first, second]);
+                    assert_eq!(two, 0, "{name}, {size:?}, {kind:?}, glass {textured}: {one} before");
+                    // A walk through a map has nothing to keep; an instance that has was new.
+                    assert!(one > 0 || !name.starts_with("epipolar"), "{name}: nothing is counted");
+                    tried.push(name);
                 }
-                let [one, two] = allocated(instance.as_mut(), [&first, &second]);
-                let shadow = shadow.layers().count();
-                assert_eq!(
-                    two, 0,
-                    "{name}, {size:?}, {:?}, {shadow} layers, glass {textured}: {one} before",
-                    light
-                );
-                // A walk through a map has nothing to keep; an instance that has was new.
-                assert!(one > 0 || !name.starts_with("epipolar"), "{name}: nothing is counted");
-                tried.push(name);
-            }
-        }
+            });
+        });
     }
     tried
 }

@@ -31,7 +31,7 @@ pub enum Command {
     /// The built-in shots: what each is there to show, triangles, light, optical depth
     Shots(Shots),
     /// Every technique on every extreme, against closed forms; exit 1 if a number is wrong
-    Stress(crate::commands::stress::Stress),
+    Stress(Stress),
     /// Everything CI checks: format, lints, docs, all tests, a quick validate
     Test,
 }
@@ -197,6 +197,26 @@ pub struct Shots {
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
+}
+
+/// `stress`.
+#[derive(Debug, Args)]
+pub struct Stress {
+    /// Technique by its id; repeatable [default: all, beside shadow-map truth]
+    #[arg(long = "method", value_name = "ID")]
+    pub methods: Vec<String>,
+    /// Rows whose group or name contains this text; repeatable [default: all]
+    #[arg(long = "row", value_name = "TEXT")]
+    pub rows: Vec<String>,
+    /// Threads [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Print one JSON document on stdout, everything else on stderr
+    #[arg(long)]
+    pub json: bool,
+    /// Write the matrix as a self-contained HTML page into this folder
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
 }
 
 /// What a rendered image is compared with.

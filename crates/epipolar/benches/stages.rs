@@ -17,6 +17,7 @@ use scatter_core::{
     Camera, DepthMap, Frame, Level, Light, MapProjection, Medium, Phase, ScatterImage, ShadowLayer,
     ShadowMap, VolumetricShadow, simd_level,
 };
+use scatter_testing::Random;
 
 const SUN: [f64; 3] = [0.3, -1.0, -0.2];
 
@@ -101,23 +102,14 @@ fn rectify(c: &mut Criterion) {
     group.finish();
 }
 
-/// SplitMix64: the same numbers on every machine.
-fn random(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
-}
-
 /// Lit columns of `d` light rays before `r` view rays, by what stands in the light.
 fn lit(kind: &str, r: u32, d: usize) -> Vec<u32> {
-    let mut state = 7;
+    let mut random = Random(7);
     (0..d)
         .map(|ray| match kind {
             "smooth" => (0.5 + 0.4 * (ray as f64 * 9.0 / d as f64).sin()) * f64::from(r),
             "bars" => f64::from(r) * if (ray * 24 / d).is_multiple_of(2) { 1.0 } else { 0.3 },
-            _ => (random(&mut state) % u64::from(r + 1)) as f64,
+            _ => f64::from(random.below(r + 1)),
         } as u32)
         .collect()
 }
@@ -134,8 +126,8 @@ fn sums<const N: usize>(c: &mut Criterion, kind: &str, r: u32, d: usize) {
     }
     prefix.push([1.0; N]);
     let ranks: Vec<u32> = (0..r).collect();
-    let mut state = 3;
-    let ends_in: Vec<u32> = (0..r).map(|_| (random(&mut state) % runs.len() as u64) as u32).collect();
+    let mut random = Random(3);
+    let ends_in: Vec<u32> = (0..r).map(|_| random.below(runs.len() as u32)).collect();
     let ends: Vec<Terms<N>> = ends_in
         .iter()
         .map(|&run| {

@@ -1,13 +1,11 @@
 //! Depth and shadow maps against brute force, and the fit of shadow maps against what the camera sees.
 
-mod common;
-
-use common::Random;
 use glam::{DMat4, DVec3, DVec4};
 use scatter_core::{
     Camera, DepthMap, Frame, Light, MapProjection, MapSource, Medium, Phase, ShadowMap, cube_face_of,
 };
 use scatter_scene::{FittedMap, Scene, SceneCaster, ShotMaps, fit_map};
+use scatter_testing::Random;
 
 fn soup(random: &mut Random, count: u32, centre: DVec3) -> Scene {
     let mut scene = Scene::default();

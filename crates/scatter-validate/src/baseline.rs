@@ -4,9 +4,9 @@
 use scatter_core::{Quality, Target, Technique};
 
 use crate::figures::Figures;
-use crate::matrix::{MatrixError, SHADOW_MAP_TRUTH, against};
-use crate::measure::{Measurement, Outcome, Renderer, measure};
-use crate::staged_shot::StagedShot;
+use crate::judge_error::JudgeError;
+use crate::judged_shot::MapJudgedShot;
+use crate::measure::{Outcome, Renderer, measure};
 use crate::step_search::StepSearch;
 
 /// A marcher and its step count.
@@ -21,16 +21,20 @@ pub struct Baseline<'a> {
 }
 
 impl Baseline<'_> {
+    /// Whether that id is its own.
+    pub fn is(&self, id: &str) -> bool {
+        self.technique.info().id == id
+    }
+
     /// The cheapest step count with which each of the levels is reached on a shot; `None` where not even the most
     /// steps do. `overrides` are further options.
     pub fn cheapest<const N: usize>(
         &self,
         levels: [Quality; N],
-        shot: &StagedShot,
-        truth: &Measurement,
+        judged: &MapJudgedShot,
         overrides: &[(&str, &str)],
-    ) -> Result<[Option<u32>; N], MatrixError> {
-        let mut search = StepSearch::new(self.most, |steps| self.figures_at(steps, shot, truth, overrides));
+    ) -> Result<[Option<u32>; N], JudgeError> {
+        let mut search = StepSearch::new(self.most, |steps| self.figures_at(steps, judged, overrides));
         let mut found = [None; N];
         for (steps, level) in found.iter_mut().zip(levels) {
             *steps = search.cheapest(level.error())?.map(|(steps, _)| steps);
@@ -41,23 +45,19 @@ impl Baseline<'_> {
     fn figures_at(
         &self,
         steps: u32,
-        shot: &StagedShot,
-        truth: &Measurement,
+        judged: &MapJudgedShot,
         overrides: &[(&str, &str)],
-    ) -> Result<Figures, MatrixError> {
-        let steps = steps.to_string();
+    ) -> Result<Figures, JudgeError> {
+        let (steps, shot) = (steps.to_string(), judged.shot());
         let mut options = overrides.to_vec();
         options.push((self.knob, &steps));
         let mut renderer =
             Renderer::configured(self.technique, Target::Quality(Quality::default()), &options, shot)??;
         match measure(shot, &mut renderer, 1)? {
-            Outcome::Measured(image) => {
-                against(shot, (SHADOW_MAP_TRUTH, truth), (self.technique.info().id, &image))
+            Outcome::Measured(image) => judged.figures(&image),
+            Outcome::Unsupported(unsupported) => {
+                Err(JudgeError::Baseline { shot: shot.name().to_string(), reason: unsupported.reason.into() })
             }
-            Outcome::Unsupported(unsupported) => Err(MatrixError::Baseline {
-                shot: shot.name().to_string(),
-                reason: unsupported.reason.into(),
-            }),
         }
     }
 }

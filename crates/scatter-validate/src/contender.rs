@@ -3,7 +3,7 @@
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{OptionError, Quality, SceneFacts, Target, Technique, TechniqueInfo, VolumetricShadow};
 
-use crate::matrix::SHADOW_MAP_TRUTH;
+use crate::truths::SHADOW_MAP_TRUTH;
 
 /// A column of the stress matrix.
 #[derive(Clone, Copy)]

@@ -1,8 +1,8 @@
 //! The judge: closed forms, error figures, the technique × shot matrix and its report.
 //!
-//! A shot is staged once ([`StagedShot`]: caster and maps), rendered by the truths and by each technique
-//! ([`measure`](measure::measure)), compared ([`compare`]) and judged by the [`Tolerances`]; the [`Matrix`] does that
-//! for a list of techniques, which it knows through their trait alone. What comes out are [`Row`]s: a table, a JSON
+//! A shot is staged once ([`StagedShot`]: caster and maps) and rendered by the truths ([`JudgedShot`]) and by each
+//! technique ([`measure`](measure::measure)); a measurement's [`errors`](JudgedShot::errors) are judged by the
+//! [`Tolerances`]. The [`Matrix`] does that for a list of techniques, which it knows through their trait alone. What comes out are [`Row`]s: a table, a JSON
 //! document, a report. [`closed_form`] stands apart: it shares no physics with the crates that it checks.
 
 pub mod closed_form;
@@ -18,9 +18,14 @@ pub mod stress;
 pub mod staged_shot;
 
 pub mod measure;
+pub mod truths;
+
+pub mod figures;
+mod judge_error;
+pub mod judged_shot;
+mod settings;
 
 pub mod baseline;
-pub mod figures;
 pub mod matrix;
 mod options;
 pub mod step_search;
@@ -41,15 +46,17 @@ pub mod tradeoff;
 pub use baseline::Baseline;
 pub use contender::Contender;
 pub use figures::{CompareError, Figures, Labelled, compare};
+pub use judge_error::JudgeError;
+pub use judged_shot::{JudgedShot, MapJudgedShot};
 pub use machine::Machine;
 pub use maps_table::maps_table;
-pub use matrix::{
-    ForeignImage, Matrix, MatrixError, Pictures, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, Settings, ShotResult,
-};
+pub use matrix::{ForeignImage, Matrix, Pictures, ShotResult};
 pub use regression::{Regression, RegressionError};
 pub use row::{Document, Errors, Row, Verdict};
+pub use settings::Settings;
 pub use staged_shot::{StageError, StagedShot};
 pub use step_search::StepSearch;
 pub use survey::{Survey, survey};
 pub use table::table;
 pub use tolerance::{ToleranceError, Tolerances};
+pub use truths::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};

@@ -1,23 +1,18 @@
 //! The technique × shot matrix, a shot at a time: maps once, both truths once, then each technique at its level.
 
-use scatter_core::{OptionError, Quality, Target, Technique, VolumetricShadow};
-use scatter_scene::{RadianceImage, RasterDevice, RaycastTruth, Shot};
-
-use raymarch_ref::ShadowMapWalk;
+use scatter_core::{Quality, Target, Technique};
+use scatter_scene::{RadianceImage, Shot};
 
 use crate::baseline::Baseline;
-use crate::figures::{CompareError, Figures, Labelled, compare};
+use crate::judge_error::JudgeError;
+use crate::judged_shot::JudgedShot;
 use crate::measure::{Measurement, Outcome, Renderer, measure};
-use crate::options::{Options, at_level, pairs};
+use crate::options::at_level;
 use crate::row::{Errors, Row, Verdict};
-use crate::staged_shot::{StageError, StagedShot};
+use crate::settings::{Options, Settings, pairs};
+use crate::staged_shot::StagedShot;
 use crate::step_search::reaches;
 use crate::tolerance::Tolerances;
-
-/// Id of shadow-map truth.
-pub const SHADOW_MAP_TRUTH: &str = "truth-shadow-map";
-/// Id of ray-cast truth.
-pub const RAYCAST_TRUTH: &str = "truth-raycast";
 
 /// What the matrix holds for every shot.
 pub struct Matrix<'a> {
@@ -34,23 +29,6 @@ pub struct Matrix<'a> {
     pub settings: Settings,
     /// What they must keep.
     pub tolerances: Tolerances,
-}
-
-/// How techniques are run.
-#[derive(Debug, Clone)]
-pub struct Settings {
-    /// The level that every technique is configured for.
-    pub quality: Quality,
-    /// Options by hand, over the level's choice; each technique takes those that it knows.
-    pub overrides: Vec<(String, String)>,
-    /// Texels along a side of the shadow map.
-    pub map_size: u32,
-    /// Draws the maps; rays make them where there is none.
-    pub raster: Option<RasterDevice>,
-    /// Timed runs.
-    pub repeat: u32,
-    /// Threads of the pool that all this runs in (for the rows).
-    pub threads: usize,
 }
 
 /// What one shot gave.
@@ -84,40 +62,16 @@ pub struct ForeignImage {
     pub image: RadianceImage,
 }
 
-/// A shot that could not be judged.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum MatrixError {
-    /// The shot makes no frame, or a technique gave up.
-    #[error(transparent)]
-    Stage(#[from] StageError),
-    /// An option that a technique does not take.
-    #[error(transparent)]
-    Option(#[from] OptionError),
-    /// A baseline that cannot do a shot.
-    #[error("{shot}: the baseline cannot do it: {reason}")]
-    Baseline {
-        /// The shot.
-        shot: String,
-        /// The assumption that the shot breaks.
-        reason: String,
-    },
-    /// A pool of one thread that cannot be made.
-    #[error("one thread cannot be started: {0}")]
-    Thread(rayon::ThreadPoolBuildError),
-    /// Images that cannot be compared.
-    #[error("{shot}: {source}")]
-    Compare {
-        /// The shot.
-        shot: String,
-        /// Why not.
-        source: CompareError,
-    },
+/// Rows and images of one shot so far.
+#[derive(Debug, Default)]
+struct Collected {
+    rows: Vec<Row>,
+    images: Vec<(String, RadianceImage)>,
 }
 
 impl Matrix<'_> {
     /// Measures every technique on one shot. `progress` is told what comes next.
-    pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotResult, MatrixError> {
+    pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotResult, JudgeError> {
         self.run_beside(shot, &[], progress)
     }
 
@@ -127,109 +81,126 @@ impl Matrix<'_> {
         shot: Shot,
         images: &[ForeignImage],
         progress: &mut dyn FnMut(&str),
-    ) -> Result<ShotResult, MatrixError> {
-        progress(&format!("{}: maps", shot.name));
+    ) -> Result<ShotResult, JudgeError> {
+        let judged = self.judged(shot, progress)?;
+        let mut collected = Collected::default();
+        self.add_truths(&judged, &mut collected)?;
+        self.add_foreign(&judged, images, &mut collected)?;
+        self.add_techniques(&judged, &mut collected, progress)?;
+        self.fill_ratios(&judged, &mut collected, progress)?;
+        self.fill_raycast_map_times(&judged, &mut collected, progress)?;
+        Ok(collected.with_truths(judged))
+    }
+
+    /// Stages the shot and renders both truths.
+    fn judged(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<JudgedShot, JudgeError> {
+        let name = shot.name.clone();
+        progress(&format!("{name}: maps"));
         let shot = StagedShot::with_source(shot, self.settings.map_size, self.settings.raster.as_ref())?;
-        progress(&format!("{}: {SHADOW_MAP_TRUTH}", shot.name()));
-        let map_truth = shadow_map_truth(&shot, 1)?;
-        progress(&format!("{}: {RAYCAST_TRUTH}", shot.name()));
-        let ray_truth = raycast_truth(&shot, 1)?;
-        let mut rows = Vec::new();
-        if self.map_row {
-            let errors = Errors {
-                shadow_map: None,
-                raycast: Some(against(&shot, (RAYCAST_TRUTH, &ray_truth), (SHADOW_MAP_TRUTH, &map_truth))?),
-            };
-            let mut row = row(&shot, SHADOW_MAP_TRUTH, &map_truth, &self.settings, errors);
+        Ok(JudgedShot::new(shot, &mut |truth| progress(&format!("{name}: {truth}")))?)
+    }
+
+    /// The truths' own rows, each against the other.
+    fn add_truths(&self, judged: &JudgedShot, to: &mut Collected) -> Result<(), JudgeError> {
+        let truths = [(self.map_row, judged.map_truth()), (self.raycast_row, judged.raycast_truth())];
+        for (_, truth) in truths.into_iter().filter(|(is_wanted, _)| *is_wanted) {
+            let mut row = Row::new(judged.shot(), truth, &self.settings, judged.errors(truth)?);
             row.verdict = Some(self.verdict(&row));
-            rows.push(row);
+            to.rows.push(row);
         }
-        if self.raycast_row {
-            let errors = Errors {
-                shadow_map: Some(against(
-                    &shot,
-                    (SHADOW_MAP_TRUTH, &map_truth),
-                    (RAYCAST_TRUTH, &ray_truth),
-                )?),
-                raycast: None,
-            };
-            let mut row = row(&shot, RAYCAST_TRUTH, &ray_truth, &self.settings, errors);
-            row.verdict = Some(self.verdict(&row));
-            rows.push(row);
-        }
-        let mut techniques = Vec::new();
+        Ok(())
+    }
+
+    /// A row an image that another program made. It is graded and not judged: limits are for techniques of ours.
+    fn add_foreign(
+        &self,
+        judged: &JudgedShot,
+        images: &[ForeignImage],
+        to: &mut Collected,
+    ) -> Result<(), JudgeError> {
         for ForeignImage { label, image } in images {
-            let measurement = Measurement { image: image.clone(), ..Measurement::nothing(image.size) };
-            let errors = Errors {
-                shadow_map: Some(against(&shot, (SHADOW_MAP_TRUTH, &map_truth), (label, &measurement))?),
-                raycast: Some(against(&shot, (RAYCAST_TRUTH, &ray_truth), (label, &measurement))?),
-            };
-            let mut row = row(&shot, label, &measurement, &self.settings, errors);
-            row.note = Some(if image.pixels == map_truth.image.pixels {
-                format!("identical to {SHADOW_MAP_TRUTH}")
-            } else if image.pixels == ray_truth.image.pixels {
-                format!("identical to {RAYCAST_TRUTH}")
-            } else {
-                level_reached(errors)
+            let measurement = Measurement { image: image.clone(), ..Measurement::nothing(label, image.size) };
+            let errors = judged.errors(&measurement)?;
+            let mut row = Row::new(judged.shot(), &measurement, &self.settings, errors);
+            let twin = [judged.map_truth(), judged.raycast_truth()]
+                .into_iter()
+                .find(|truth| truth.image.pixels == image.pixels);
+            row.note = Some(match twin {
+                Some(truth) => format!("identical to {}", truth.method),
+                None => level_reached(errors),
             });
-            // It is graded and not judged: limits are for techniques of ours.
-            rows.push(row);
-            techniques.push((label.clone(), measurement.image));
+            to.push(row, measurement);
         }
-        let mut baseline_ms = None;
+        Ok(())
+    }
+
+    /// A row a technique at its level.
+    fn add_techniques(
+        &self,
+        judged: &JudgedShot,
+        to: &mut Collected,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<(), JudgeError> {
+        let shot = judged.shot();
         for &technique in &self.techniques {
             let id = technique.info().id;
             progress(&format!("{}: {id}", shot.name()));
-            let options = self.options_of(technique, &shot, &map_truth)?;
-            let measurement = match self.measured(technique, &options, &shot)? {
-                Outcome::Measured(measurement) => measurement,
+            let options = self.options_of(technique, judged)?;
+            let measurement = match self.measured(technique, &options, shot)? {
+                Outcome::Measured(measurement) => *measurement,
                 Outcome::Unsupported(unsupported) => {
-                    rows.push(self.unsupported_row(&shot, id, &unsupported.reason));
+                    to.rows.push(self.unsupported_row(shot, id, &unsupported.reason));
                     continue;
                 }
             };
-            let errors = Errors {
-                shadow_map: Some(against(&shot, (SHADOW_MAP_TRUTH, &map_truth), (id, &measurement))?),
-                raycast: Some(against(&shot, (RAYCAST_TRUTH, &ray_truth), (id, &measurement))?),
-            };
-            let mut row = row(&shot, id, &measurement, &self.settings, errors);
+            let mut row = Row::new(shot, &measurement, &self.settings, judged.errors(&measurement)?);
             row.options = options.into_iter().collect();
             row.level = Some(self.settings.quality.to_string());
             row.verdict = Some(self.verdict(&row));
-            if self.is_baseline(id) {
-                baseline_ms = Some(row.total_ms());
-            }
-            rows.push(row);
-            techniques.push((id.to_string(), measurement.image));
+            to.push(row, measurement);
         }
-        // The baseline is run for its time alone where it has no row of its own.
-        if baseline_ms.is_none()
-            && let Some(Baseline { technique: baseline, .. }) = self.baseline
-            && !techniques.is_empty()
-        {
-            progress(&format!("{}: {} for its time", shot.name(), baseline.info().id));
-            let options = self.options_of(baseline, &shot, &map_truth)?;
-            if let Outcome::Measured(measurement) = self.measured(baseline, &options, &shot)? {
-                baseline_ms = measurement.time_ms.get("total").copied();
+        Ok(())
+    }
+
+    /// The baseline's time at the level over each technique's. The baseline is run for its time alone where it has no
+    /// row of its own.
+    fn fill_ratios(
+        &self,
+        judged: &JudgedShot,
+        to: &mut Collected,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<(), JudgeError> {
+        let Some(baseline) = self.baseline else { return Ok(()) };
+        let is_timed = |row: &&Row| row.level.is_some() && row.total_ms() > 0.0;
+        let own_row = to.rows.iter().filter(is_timed).rfind(|row| baseline.is(&row.method));
+        let mut baseline_ms = own_row.map(Row::total_ms);
+        if baseline_ms.is_none() && !to.images.is_empty() {
+            let (technique, shot) = (baseline.technique, judged.shot());
+            progress(&format!("{}: {} for its time", shot.name(), technique.info().id));
+            let options = self.options_of(technique, judged)?;
+            if let Outcome::Measured(measurement) = self.measured(technique, &options, shot)? {
+                baseline_ms = measurement.total_ms();
             }
         }
-        for row in rows.iter_mut().filter(|row| row.level.is_some() && row.total_ms() > 0.0) {
+        for row in to.rows.iter_mut().filter(|row| is_timed(&&**row)) {
             row.ratio = baseline_ms.map(|time| time / row.total_ms());
         }
+        Ok(())
+    }
+
+    /// What the maps would have taken by ray casts, where something else made them.
+    fn fill_raycast_map_times(
+        &self,
+        judged: &JudgedShot,
+        to: &mut Collected,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<(), JudgeError> {
         if self.settings.raster.is_some() {
-            progress(&format!("{}: maps by ray casts, for their time", shot.name()));
+            progress(&format!("{}: maps by ray casts, for their time", judged.shot().name()));
         }
-        let raycast_maps_ms = shot.raycast_maps_ms()?;
-        for row in &mut rows {
-            row.raycast_maps_ms = raycast_maps_ms;
-        }
-        let pictures = Pictures {
-            shot: shot.name().to_string(),
-            shadow_map_truth: map_truth.image,
-            raycast_truth: ray_truth.image,
-            techniques,
-        };
-        Ok(ShotResult { rows, pictures })
+        let raycast_maps_ms = judged.shot().raycast_maps_ms()?;
+        to.rows.iter_mut().for_each(|row| row.raycast_maps_ms = raycast_maps_ms);
+        Ok(())
     }
 
     fn measured(
@@ -237,25 +208,16 @@ impl Matrix<'_> {
         technique: &dyn Technique,
         options: &[(String, String)],
         shot: &StagedShot,
-    ) -> Result<Outcome, MatrixError> {
+    ) -> Result<Outcome, JudgeError> {
         let target = Target::Quality(self.settings.quality);
         let mut renderer = Renderer::configured(technique, target, &pairs(options), shot)??;
         Ok(measure(shot, &mut renderer, self.settings.repeat)?)
     }
 
     /// The options by hand, and the baseline's cheapest step count where it is not given by hand.
-    fn options_of(
-        &self,
-        technique: &dyn Technique,
-        shot: &StagedShot,
-        truth: &Measurement,
-    ) -> Result<Options, MatrixError> {
+    fn options_of(&self, technique: &dyn Technique, judged: &JudgedShot) -> Result<Options, JudgeError> {
         let level = (&self.settings, self.settings.quality);
-        at_level(technique, self.baseline.as_ref(), level, (shot, truth))
-    }
-
-    fn is_baseline(&self, id: &str) -> bool {
-        self.baseline.is_some_and(|baseline| baseline.technique.info().id == id)
+        at_level(technique, self.baseline.as_ref(), level, judged.by_map())
     }
 
     fn verdict(&self, row: &Row) -> Verdict {
@@ -286,11 +248,25 @@ impl Matrix<'_> {
     }
 
     fn unsupported_row(&self, shot: &StagedShot, id: &str, reason: &str) -> Row {
-        let nothing = Measurement::nothing(shot.camera().size());
-        let mut row = row(shot, id, &nothing, &self.settings, Errors::default());
+        let nothing = Measurement::nothing(id, shot.camera().size());
+        let mut row = Row::new(shot, &nothing, &self.settings, Errors::default());
         row.level = Some(self.settings.quality.to_string());
         row.verdict = Some(Verdict::Unsupported(reason.to_string()));
         row
+    }
+}
+
+impl Collected {
+    fn push(&mut self, row: Row, measurement: Measurement) {
+        self.rows.push(row);
+        self.images.push((measurement.method, measurement.image));
+    }
+
+    fn with_truths(self, judged: JudgedShot) -> ShotResult {
+        let shot = judged.shot().name().to_string();
+        let [shadow_map_truth, raycast_truth] = judged.into_truths().map(|truth| truth.image);
+        let pictures = Pictures { shot, shadow_map_truth, raycast_truth, techniques: self.images };
+        ShotResult { rows: self.rows, pictures }
     }
 }
 
@@ -301,71 +277,4 @@ fn level_reached(errors: Errors) -> String {
         [errors.shadow_map, errors.raycast].into_iter().flatten().any(|f| reaches(&f, level.error()))
     });
     reached.map_or_else(|| format!("misses {}", Quality::Preview), |level| format!("reaches {level}"))
-}
-
-/// The exact image for the shot's shadow maps.
-pub fn shadow_map_truth(shot: &StagedShot, repeat: u32) -> Result<Measurement, StageError> {
-    measured_reference(shot, &mut ShadowMapWalk::new(), repeat)
-}
-
-/// The exact image for the shot's triangles; needs no maps.
-pub fn raycast_truth(shot: &StagedShot, repeat: u32) -> Result<Measurement, StageError> {
-    measured_reference(shot, &mut RaycastTruth::new(shot.caster()), repeat)
-}
-
-/// References have no options and no level; one that cannot do a shot is an error.
-pub fn measured_reference(
-    shot: &StagedShot,
-    reference: &mut dyn VolumetricShadow,
-    repeat: u32,
-) -> Result<Measurement, StageError> {
-    let method = reference.id();
-    match measure(shot, &mut Renderer::Shared(reference), repeat)? {
-        Outcome::Measured(measurement) => Ok(*measurement),
-        Outcome::Unsupported(unsupported) => {
-            Err(StageError::Render { shot: shot.name().to_string(), method, source: unsupported.into() })
-        }
-    }
-}
-
-/// The error figures of one measurement against another.
-pub fn against(
-    shot: &StagedShot,
-    (reference_label, reference): (&str, &Measurement),
-    (label, test): (&str, &Measurement),
-) -> Result<Figures, MatrixError> {
-    let reference =
-        Labelled { label: reference_label, size: reference.image.size, pixels: &reference.image.pixels };
-    let test = Labelled { label, size: test.image.size, pixels: &test.image.pixels };
-    compare(reference, test, None)
-        .map_err(|source| MatrixError::Compare { shot: shot.name().to_string(), source })
-}
-
-/// A row without options, level, ratio and verdict.
-pub fn row(
-    shot: &StagedShot,
-    method: &str,
-    measurement: &Measurement,
-    settings: &Settings,
-    errors: Errors,
-) -> Row {
-    Row {
-        shot: shot.name().to_string(),
-        method: method.to_string(),
-        options: Default::default(),
-        size: measurement.image.size,
-        shadow_map: settings.map_size,
-        threads: settings.threads,
-        time_ms: measurement.time_ms.clone(),
-        maps_ms: shot.maps_ms(),
-        raycast_maps_ms: None,
-        memory_bytes: measurement.memory_bytes,
-        counts: measurement.counts.clone(),
-        modelled: measurement.modelled.clone(),
-        errors,
-        level: None,
-        ratio: None,
-        verdict: None,
-        note: None,
-    }
 }

@@ -25,6 +25,8 @@ pub enum Renderer<'a> {
 /// What a run gave.
 #[derive(Debug, Clone)]
 pub struct Measurement {
+    /// What made the image: a technique's id, or what another program's image is called.
+    pub method: String,
     /// In-scattered radiance, all lights together.
     pub image: RadianceImage,
     /// Wall-clock `total` and each stage \[ms\] of the run in the middle.
@@ -38,9 +40,15 @@ pub struct Measurement {
 }
 
 impl Measurement {
+    /// Time of the technique alone \[ms\], if it was run.
+    pub fn total_ms(&self) -> Option<f64> {
+        self.time_ms.get("total").copied()
+    }
+
     /// What stands in a row that was not run: no time, no image.
-    pub(crate) fn nothing(size: [u32; 2]) -> Self {
+    pub(crate) fn nothing(method: &str, size: [u32; 2]) -> Self {
         Self {
+            method: method.to_string(),
             image: RadianceImage { size, pixels: Vec::new() },
             time_ms: BTreeMap::new(),
             memory_bytes: 0,
@@ -72,6 +80,14 @@ impl Renderer<'_> {
         Ok(instances.map(Self::PerLight))
     }
 
+    /// The id of what renders.
+    fn id(&self) -> &'static str {
+        match self {
+            Self::PerLight(instances) => instances.first().map_or("", |instance| instance.id()),
+            Self::Shared(reference) => reference.id(),
+        }
+    }
+
     fn of_light(&mut self, index: usize) -> &mut dyn VolumetricShadow {
         match self {
             Self::PerLight(instances) => instances[index].as_mut(),
@@ -94,7 +110,8 @@ pub fn measure(shot: &StagedShot, renderer: &mut Renderer<'_>, repeat: u32) -> R
     let image = RadianceImage { size: out.size(), pixels: out.inscattered().to_vec() };
     let Run { time_ms, memory_bytes, counts, modelled } = first;
     let time_ms = if repeat > 1 { timed(shot, renderer, 1..=repeat, &mut out)? } else { time_ms };
-    let measurement = Measurement { image, time_ms, memory_bytes, counts, modelled };
+    let method = renderer.id().to_string();
+    let measurement = Measurement { method, image, time_ms, memory_bytes, counts, modelled };
     Ok(Outcome::Measured(Box::new(measurement)))
 }
 

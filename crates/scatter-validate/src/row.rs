@@ -6,6 +6,9 @@ use serde::Serialize;
 
 use crate::figures::Figures;
 use crate::machine::Machine;
+use crate::measure::Measurement;
+use crate::settings::Settings;
+use crate::staged_shot::StagedShot;
 
 /// What a technique did on a shot.
 #[derive(Debug, Clone, Serialize)]
@@ -83,6 +86,29 @@ pub struct Document<'a> {
 }
 
 impl Row {
+    /// The row of a measurement, without options, level, ratio and verdict.
+    pub fn new(shot: &StagedShot, measurement: &Measurement, settings: &Settings, errors: Errors) -> Self {
+        Self {
+            shot: shot.name().to_string(),
+            method: measurement.method.clone(),
+            options: Default::default(),
+            size: measurement.image.size,
+            shadow_map: settings.map_size,
+            threads: settings.threads,
+            time_ms: measurement.time_ms.clone(),
+            maps_ms: shot.maps_ms(),
+            raycast_maps_ms: None,
+            memory_bytes: measurement.memory_bytes,
+            counts: measurement.counts.clone(),
+            modelled: measurement.modelled.clone(),
+            errors,
+            level: None,
+            ratio: None,
+            verdict: None,
+            note: None,
+        }
+    }
+
     /// Time of the technique alone \[ms\].
     pub fn total_ms(&self) -> f64 {
         self.time_ms.get("total").copied().unwrap_or(f64::NAN)

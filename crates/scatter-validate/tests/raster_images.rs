@@ -4,8 +4,8 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use scatter_scene::{RasterDevice, RasterOptions, Shot, builtin_shots, export, load_shot};
-use scatter_validate::matrix::shadow_map_truth;
 use scatter_validate::staged_shot::resized;
+use scatter_validate::truths::shadow_map_truth;
 use scatter_validate::{Labelled, StagedShot, compare};
 
 /// Largest relative RMS difference of the two images. A texel that differs is a shaft of light that is there or not:
@@ -39,7 +39,7 @@ fn images_agree(shot: impl Fn() -> Shot, device: &RasterDevice) {
         let mut shot = shot();
         shot.camera = resized(&shot.camera, SIZE).unwrap();
         let staged = StagedShot::with_source(shot, MAP_SIZE, device).unwrap();
-        shadow_map_truth(&staged, 1).unwrap().image
+        shadow_map_truth(&staged).unwrap().image
     };
     let (cast, drawn) = (image(None), image(Some(device)));
     let figures = compare(

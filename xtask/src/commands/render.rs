@@ -6,9 +6,10 @@ use anyhow::{Context, bail};
 use raymarch_ref::ShadowMapWalk;
 use scatter::Target;
 use scatter_scene::{RaycastTruth, write_exr, write_png};
-use scatter_validate::matrix::{against, raycast_truth, row, shadow_map_truth};
+use scatter_validate::judged_shot::against;
 use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
 use scatter_validate::report::exposure;
+use scatter_validate::truths::{raycast_truth, shadow_map_truth};
 use scatter_validate::{Errors, RAYCAST_TRUTH, Row, SHADOW_MAP_TRUTH, Settings, StagedShot};
 
 use crate::Verdict;
@@ -97,16 +98,16 @@ fn render(
     let mut errors = Errors::default();
     if wants(CompareWith::ShadowMap, SHADOW_MAP_TRUTH) {
         progress.stage(&format!("{}: {SHADOW_MAP_TRUTH}", shot.name()));
-        let truth = if id == SHADOW_MAP_TRUTH { measurement.clone() } else { shadow_map_truth(&shot, 1)? };
-        errors.shadow_map = Some(against(&shot, (SHADOW_MAP_TRUTH, &truth), (id, &measurement))?);
+        let truth = if id == SHADOW_MAP_TRUTH { measurement.clone() } else { shadow_map_truth(&shot)? };
+        errors.shadow_map = Some(against(&shot, &truth, &measurement)?);
     }
     shot.drop_maps();
     if wants(CompareWith::Raycast, RAYCAST_TRUTH) {
         progress.stage(&format!("{}: {RAYCAST_TRUTH}", shot.name()));
-        let truth = if id == RAYCAST_TRUTH { measurement.clone() } else { raycast_truth(&shot, 1)? };
-        errors.raycast = Some(against(&shot, (RAYCAST_TRUTH, &truth), (id, &measurement))?);
+        let truth = if id == RAYCAST_TRUTH { measurement.clone() } else { raycast_truth(&shot)? };
+        errors.raycast = Some(against(&shot, &truth, &measurement)?);
     }
-    let mut row = row(&shot, id, &measurement, settings, errors);
+    let mut row = Row::new(&shot, &measurement, settings, errors);
     row.options = settings.overrides.iter().cloned().collect();
     if matches!(method, Method::Technique(_)) {
         row.level = Some(settings.quality.to_string());

@@ -5,9 +5,8 @@ use std::fmt::Write;
 
 use scatter::{Camera, Light, Quality};
 use scatter_scene::{BuiltinShot, Shot, builtin_shots, export};
-use scatter_validate::matrix::shadow_map_truth;
 use scatter_validate::staged_shot::resized;
-use scatter_validate::{StagedShot, Survey, survey};
+use scatter_validate::{MapJudgedShot, StagedShot, Survey, survey};
 use serde::Serialize;
 
 use crate::Verdict;
@@ -101,10 +100,9 @@ fn entry(source: &ShotSource, flags: &Shots) -> anyhow::Result<ShotEntry> {
 
 /// At the shot's own size.
 fn steps_to_levels(shot: Shot, map_size: u32) -> anyhow::Result<[Option<u32>; 3]> {
-    let staged = StagedShot::new(shot, map_size)?;
-    let truth = shadow_map_truth(&staged, 1)?;
+    let judged = MapJudgedShot::new(StagedShot::new(shot, map_size)?)?;
     match baseline() {
-        Some(baseline) => Ok(baseline.cheapest(Quality::ALL, &staged, &truth, &[])?),
+        Some(baseline) => Ok(baseline.cheapest(Quality::ALL, &judged, &[])?),
         None => Ok([None; 3]),
     }
 }

@@ -1,8 +1,5 @@
 //! `stress`: every technique on every extreme; exit 1 if a number is wrong or a rule is broken.
 
-use std::path::PathBuf;
-
-use clap::Args;
 use scatter::{TECHNIQUES, Technique};
 use scatter_validate::report::{Section, StressSection};
 use scatter_validate::stress::document::StressDocument;
@@ -14,30 +11,11 @@ use scatter_validate::{Contender, Machine};
 
 use super::page;
 use crate::Verdict;
+use crate::flags::Stress;
 use crate::output::{check_folder, print, print_json};
 use crate::progress::Progress;
 use crate::run::in_pool;
 use crate::select::{Method, method};
-
-/// `stress`.
-#[derive(Debug, Args)]
-pub struct Stress {
-    /// Technique by its id; repeatable [default: all, beside shadow-map truth]
-    #[arg(long = "method", value_name = "ID")]
-    pub methods: Vec<String>,
-    /// Rows whose group or name contains this text; repeatable [default: all]
-    #[arg(long = "row", value_name = "TEXT")]
-    pub rows: Vec<String>,
-    /// Threads [default: one a core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub threads: Option<u32>,
-    /// Print one JSON document on stdout, everything else on stderr
-    #[arg(long)]
-    pub json: bool,
-    /// Write the matrix as a self-contained HTML page into this folder
-    #[arg(long, value_name = "DIR")]
-    pub report: Option<PathBuf>,
-}
 
 /// Runs the matrix and prints it.
 pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {

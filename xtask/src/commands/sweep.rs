@@ -3,12 +3,11 @@
 
 use scatter::Technique;
 use scatter_scene::{RasterDevice, Shot};
-use scatter_validate::Settings;
-use scatter_validate::matrix::MatrixError;
 use scatter_validate::report::TradeSection;
 use scatter_validate::tradeoff::charts::trade_plot;
 use scatter_validate::tradeoff::tables::{level_table, rung_table};
 use scatter_validate::tradeoff::{Limits, ShotTrade, Sweep, level_rows};
+use scatter_validate::{JudgeError, Settings};
 
 use crate::flags::Rendering;
 use crate::progress::Progress;
@@ -94,7 +93,7 @@ impl Job {
     /// there are.
     pub fn on_every_shot<R: Send>(
         &self,
-        measure: impl Fn(Settings, Shot, &mut dyn FnMut(&str)) -> Result<R, MatrixError> + Sync,
+        measure: impl Fn(Settings, Shot, &mut dyn FnMut(&str)) -> Result<R, JudgeError> + Sync,
     ) -> anyhow::Result<(Vec<R>, usize)> {
         let rendering = &self.rendering;
         let progress = Progress::new(Some(self.sources.len() as u64), true);

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use scatter_core::{Light, Medium, Phase, Scattering};
+use scatter_testing::{MapKind, Recipe, boards, rel_rmse};
 
-use crate::judged::{boards, rel_rmse, render, scene, truth, uniform};
-use crate::random_scene::{MapKind, Recipe};
+use crate::judged::{render, scene, truth, uniform};
 
 /// What slices an eighth of a pixel apart may leave where light changes from texel to texel, and texels are as wide as
 /// a pixel: an eighth of the contrast that a pixel's width makes, of which a random map has as much as its mean.

@@ -4,14 +4,14 @@ use epipolar::driver::{SliceDriver, SliceIntegrator};
 use epipolar::{Baran, DirectIntegrator};
 use proptest::prelude::*;
 use scatter_core::{RayLight, ScatterImage};
+use scatter_testing::{SliceCase, slice_cases};
 
-use crate::cases::{Case, cases};
 use crate::judged::uniform;
 
 /// A scene's image by an integrator, on even slices a pixel apart.
-fn image<I: SliceIntegrator>(case: Case, integrator: I) -> ScatterImage {
+fn image<I: SliceIntegrator>(case: SliceCase, integrator: I) -> ScatterImage {
     let settings = uniform(1.0).slices();
-    case.scene().with(|frame| {
+    case.frame().with(|frame| {
         let mut out = ScatterImage::new();
         let stats = SliceDriver::new(integrator).render(frame, &settings, &mut out);
         assert!(stats.counts.get("queries").is_some_and(|count| count > 0), "the slices were integrated");
@@ -27,10 +27,10 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn factors_find_what_the_direct_sum_finds(case in cases()) {
+    fn factors_find_what_the_direct_sum_finds(case in slice_cases()) {
         let factored = image(case, Baran::new(uniform(1.0).sums()));
         let direct = image(case, DirectIntegrator::default());
-        case.scene().with(|frame| {
+        case.frame().with(|frame| {
             let most = MOST[usize::from(frame.light().position().is_some())];
             let width = frame.size()[0];
             for (index, (a, b)) in factored.inscattered().iter().zip(direct.inscattered()).enumerate() {

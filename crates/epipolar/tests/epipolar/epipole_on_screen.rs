@@ -2,9 +2,9 @@
 
 use epipolar::{Around, Options};
 use scatter_core::{Camera, Light, MapProjection, Medium, Phase, Quality, ScatterImage};
+use scatter_testing::{MapKind, OwnedFrame, Recipe};
 
 use crate::judged::{render, truth, uniform};
-use crate::random_scene::{MapKind, Recipe, Scene};
 
 const SIZE: [u32; 2] = [161, 119];
 
@@ -21,9 +21,9 @@ const FLOOR: f64 = 1e-4;
 
 /// The eye under a low sun behind a uniform grille: bars half a unit wide, 1¼ apart, seven units before the eye, and
 /// bars across them two units before it. The camera looks along −z; light travels along `travel`.
-fn grille(travel: [f64; 3]) -> Scene {
+fn grille(travel: [f64; 3]) -> OwnedFrame {
     const TEXELS: [u32; 2] = [112, 96];
-    let mut scene = Scene::random(3, Recipe { size: SIZE, ..Recipe::of(MapKind::Orthographic) });
+    let mut scene = OwnedFrame::random(3, Recipe { size: SIZE, ..Recipe::of(MapKind::Orthographic) });
     scene.camera = Camera::perspective([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], 60.0, SIZE).unwrap();
     let light = Light::directional(travel, [1.0, 0.9, 0.8]).unwrap();
     let direction = glam::DVec3::from(travel).normalize();
@@ -47,7 +47,7 @@ fn grille(travel: [f64; 3]) -> Scene {
 }
 
 /// Whether each pixel lies around the epipole or the anti-epipole.
-fn around(scene: &Scene) -> Vec<bool> {
+fn around(scene: &OwnedFrame) -> Vec<bool> {
     let Light::Directional(sun) = &scene.light else { unreachable!("a sun") };
     let pixels = (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
     let angle = |(x, y)| {

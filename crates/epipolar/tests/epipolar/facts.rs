@@ -4,11 +4,9 @@ use std::f64::consts::PI;
 
 use epipolar::driver::SliceFacts;
 use scatter_core::{Camera, Light, MapProjection, RenderStats};
+use scatter_testing::{OwnedFrame, boards};
 
-use crate::judged::boards;
-use crate::random_scene::Scene;
-
-fn facts(scene: &Scene) -> SliceFacts {
+fn facts(scene: &OwnedFrame) -> SliceFacts {
     scene.with(|frame| {
         let mut stats = RenderStats::default();
         let facts = SliceFacts::of(frame, &mut stats);

@@ -2,19 +2,19 @@
 
 use epipolar::{Epipolar, Options};
 use scatter_core::{Level, ScatterImage, simd_level};
+use scatter_testing::{MapKind, OwnedFrame, Recipe};
 
 use crate::judged::scene;
-use crate::random_scene::{MapKind, Recipe, Scene};
 
 const KINDS: [MapKind; 5] =
     [MapKind::Unshadowed, MapKind::Orthographic, MapKind::Spot, MapKind::SpotCube, MapKind::Point];
 
-fn some_scene(seed: u64, size: [u32; 2], textured: bool) -> Scene {
+fn some_scene(seed: u64, size: [u32; 2], textured: bool) -> OwnedFrame {
     let kind = KINDS[seed as usize % KINDS.len()];
     scene(seed, Recipe { size, textured, map_side: 40, ..Recipe::of(kind) })
 }
 
-fn image(scene: &Scene) -> ScatterImage {
+fn image(scene: &OwnedFrame) -> ScatterImage {
     scene.render(&mut Epipolar::new(Options::default()))
 }
 

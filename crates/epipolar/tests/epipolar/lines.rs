@@ -5,13 +5,11 @@ use epipolar::geometry::{Epipole, Major};
 use epipolar::rows::{MapLine, MapLineRecord, MinMaxTiles};
 use proptest::prelude::*;
 use scatter_core::{Frame, simd_level};
-
-use crate::cases::{Case, cases};
-use crate::random_scene::Random;
+use scatter_testing::{Facing, MapKind, Random, SliceCase, Texels, slice_cases};
 
 /// Calls `check` with slices through some pixels, the pixel's column, and the slices' lines with their layers.
-fn each_line(case: Case, mut check: impl FnMut(&Frame<'_>, &SliceView<'_>, u32, usize, &MapLine)) {
-    let scene = case.scene();
+fn each_line(case: SliceCase, mut check: impl FnMut(&Frame<'_>, &SliceView<'_>, u32, usize, &MapLine)) {
+    let scene = case.frame();
     scene.with(|frame| {
         let epipole = Epipole::new(frame.camera(), frame.light());
         let tiles = MinMaxTiles::default();
@@ -38,7 +36,7 @@ proptest! {
 
     /// The line's numbers are f32 where texels are counted (up to 16 of them: 1e-6), and f64 where depths are.
     #[test]
-    fn a_view_ray_on_a_line_has_the_depths_that_the_map_gives_its_points(case in cases(), share in 0.02..0.98f64) {
+    fn a_view_ray_on_a_line_has_the_depths_that_the_map_gives_its_points(case in slice_cases(), share in 0.02..0.98f64) {
         each_line(case, |frame, slice, column, layer, line| {
             let ray = line.view_ray(&slice.plane, f64::from(column));
             let t = share * f64::from(line.length);
@@ -66,7 +64,7 @@ proptest! {
     }
 
     #[test]
-    fn the_view_coordinate_of_a_surface_is_where_the_camera_sees_it(case in cases(), share in 0.02..0.98f64) {
+    fn the_view_coordinate_of_a_surface_is_where_the_camera_sees_it(case in slice_cases(), share in 0.02..0.98f64) {
         let mut random = Random(case.seed);
         each_line(case, |frame, slice, _, layer, line| {
             let t = share * f64::from(line.length);
@@ -97,11 +95,11 @@ proptest! {
 fn a_record_for_a_gpu_has_the_numbers_of_its_line_and_no_padding() {
     // Sixteen-byte rows, as uniform buffers want them.
     assert_eq!(size_of::<MapLineRecord>() % 16, 0);
-    let case = Case {
+    let case = SliceCase {
         seed: 4,
-        kind: crate::random_scene::MapKind::Orthographic,
-        texels: crate::cases::Texels::Random,
-        facing: crate::cases::Facing::Across,
+        kind: MapKind::Orthographic,
+        texels: Texels::Random,
+        facing: Facing::Across,
         outside: false,
     };
     let mut lines = 0;

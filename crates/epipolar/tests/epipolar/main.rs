@@ -1,10 +1,5 @@
 //! Rows, slices and whole images of the epipolar integrator against the exact walk through the map.
 
-#[expect(dead_code, reason = "shared with the references' tests, which use all of it")]
-#[path = "../../../raymarch-ref/tests/references/random_scene.rs"]
-mod random_scene;
-
-mod cases;
 mod coloured;
 mod convergence;
 mod direct;

@@ -6,9 +6,8 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use scatter_core::{CubeShadow, Frame, Level, MapProjection, ShadowLayer, ShadowMap, simd_level};
+use scatter_testing::{MapKind, OwnedFrame, Random, SliceCase, Texels, slice_cases};
 
-use crate::cases::{Case, Texels, cases};
-use crate::random_scene::{MapKind, Random, Scene};
 use crate::row_of_pixel::RowOfPixel;
 
 /// More columns than a register has lanes, so that one texel hides many.
@@ -53,15 +52,15 @@ fn is_same(a: &RowOfPixel, b: &RowOfPixel) -> bool {
 }
 
 /// A scene with a map of several tiles, and pixels of it.
-fn scene_of(case: Case, map: usize) -> (Scene, Vec<[u32; 2]>) {
-    let scene = case.scene_of(IMAGE, Some(MAPS[map]));
+fn scene_of(case: SliceCase, map: usize) -> (OwnedFrame, Vec<[u32; 2]>) {
+    let scene = case.frame_of(IMAGE, Some(MAPS[map]));
     let mut random = Random(!case.seed);
     let pixels = (0..12).map(|_| [random.below(IMAGE[0]), random.below(IMAGE[1])]).collect();
     (scene, pixels)
 }
 
 /// A kind of light, texels and view, drawn for maps of several tiles.
-fn tiled_cases() -> impl Strategy<Value = (Case, usize)> {
+fn tiled_cases() -> impl Strategy<Value = (SliceCase, usize)> {
     let texels = prop_oneof![
         1 => Just(Texels::Random),
         1 => Just(Texels::Constant),
@@ -70,11 +69,11 @@ fn tiled_cases() -> impl Strategy<Value = (Case, usize)> {
         2 => Just(Texels::WideSlabs),
         3 => Just(Texels::Mixed)
     ];
-    (cases(), texels, 0..MAPS.len()).prop_map(|(case, texels, map)| (Case { texels, ..case }, map))
+    (slice_cases(), texels, 0..MAPS.len()).prop_map(|(case, texels, map)| (SliceCase { texels, ..case }, map))
 }
 
 /// As many of them, the same ones on every machine.
-fn drawn(count: usize) -> impl Iterator<Item = (Case, usize)> {
+fn drawn(count: usize) -> impl Iterator<Item = (SliceCase, usize)> {
     let mut runner = TestRunner::deterministic();
     (0..count).map(move |_| tiled_cases().new_tree(&mut runner).unwrap().current())
 }
@@ -140,7 +139,7 @@ fn rows_of_walls_that_are_tiles_wide_read_a_part_of_them() {
     const MOST: f64 = 5.0 / 6.0;
     let (mut read, mut all) = (0u64, 0u64);
     for (case, map) in drawn(300) {
-        let (scene, pixels) = scene_of(Case { texels: Texels::WideSlabs, ..case }, map % 3);
+        let (scene, pixels) = scene_of(SliceCase { texels: Texels::WideSlabs, ..case }, map % 3);
         scene.with(|frame| {
             let unknown = unknown(
                 &frame.shadow().layers().map(|layer| brute_force(&layer, TILE_SIDE)).collect::<Vec<_>>(),

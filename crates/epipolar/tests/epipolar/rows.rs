@@ -12,10 +12,9 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{Camera, Frame};
+use scatter_testing::{MapKind, SliceCase, slice_cases};
 
-use crate::cases::{Case, cases};
 use crate::intervals::{Intervals, outside_of_all};
-use crate::random_scene::MapKind;
 use crate::row_of_pixel::{RowOfPixel, axis};
 
 /// f32 rounds positions of a scene of size 16 by up to 1e-6: twice, on the map and along the light.
@@ -110,8 +109,8 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_view_ray_in_its_slice_sees_what_the_walk_sees(case in cases()) {
-        let scene = case.scene();
+    fn a_view_ray_in_its_slice_sees_what_the_walk_sees(case in slice_cases()) {
+        let scene = case.frame();
         scene.with(|frame| {
             for pixel in (0..77).map(|n| [n % 11, n / 11]) {
                 let Some(row) = RowOfPixel::new(frame, pixel, Cells::Exact) else { continue };
@@ -124,8 +123,8 @@ proptest! {
     }
 
     #[test]
-    fn a_suns_share_in_a_row_is_that_of_the_walk(case in cases(), sigma in 0.001..3.0f64) {
-        let scene = Case { kind: MapKind::Orthographic, ..case }.scene();
+    fn a_suns_share_in_a_row_is_that_of_the_walk(case in slice_cases(), sigma in 0.001..3.0f64) {
+        let scene = SliceCase { kind: MapKind::Orthographic, ..case }.frame();
         scene.with(|frame| {
             for pixel in (0..77).step_by(3).map(|n| [n % 11, n / 11]) {
                 let Some(row) = RowOfPixel::new(frame, pixel, Cells::Exact) else { continue };
@@ -158,8 +157,8 @@ fn rows_are_the_walk_of_an_eye_moved_by_little() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let (mut worst, mut pixels, mut beyond) = (0.0f64, 0, [0; 3]);
     for _ in 0..400 {
-        let case = cases().new_tree(&mut runner).unwrap().current();
-        case.scene().with(|frame| {
+        let case = slice_cases().new_tree(&mut runner).unwrap().current();
+        case.frame().with(|frame| {
             for pixel in (0..77).step_by(2).map(|n| [n % 11, n / 11]) {
                 let Some(row) = RowOfPixel::new(frame, pixel, Cells::Exact) else { continue };
                 let (delta, off) = backward_error(frame, pixel, &row);

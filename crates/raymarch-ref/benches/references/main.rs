@@ -3,33 +3,15 @@
 //! Each answer is checked once before it is timed. `SCATTER_SIMD=baseline` measures the portable path; the thread
 //! count is rayon's (`RAYON_NUM_THREADS`).
 
-mod synthetic;
-
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use raymarch_ref::{Distribution, Options, RayMarch, ShadowMapWalk};
 use scatter_core::{ScatterImage, VolumetricShadow};
-use synthetic::{Lighting, Meadow};
+use scatter_testing::{Lighting, OwnedFrame, meadow, rel_rmse};
 
 /// Pixels of a benched image: enough that its rays fan out over the whole map.
 const SIZE: [u32; 2] = [640, 480];
-
-fn rendered(meadow: &Meadow, technique: &mut dyn VolumetricShadow) -> ScatterImage {
-    let mut image = ScatterImage::new();
-    meadow.with(|frame| technique.render(frame, &mut image).unwrap());
-    image
-}
-
-fn rel_rmse(image: &ScatterImage, truth: &ScatterImage) -> f64 {
-    let (mut square, mut sum) = (0.0, 0.0);
-    for (a, b) in image.inscattered().iter().flatten().zip(truth.inscattered().iter().flatten()) {
-        square += f64::from(a - b).powi(2);
-        sum += f64::from(*b);
-    }
-    let count = 3.0 * truth.inscattered().len() as f64;
-    (square / count).sqrt() / (sum / count)
-}
 
 fn options(steps: u32, distribution: Distribution) -> Options {
     Options { steps, jitter: None, distribution }
@@ -40,7 +22,7 @@ fn bench_march(
     c: &mut Criterion,
     group: &str,
     name: BenchmarkId,
-    meadow: &Meadow,
+    meadow: &OwnedFrame,
     march: Options,
     most: f64,
 ) {
@@ -48,7 +30,7 @@ fn bench_march(
     group.sample_size(10).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(3));
     group.throughput(Throughput::Elements(u64::from(SIZE[0] * SIZE[1]) * u64::from(march.steps)));
     let mut technique = RayMarch::new(march).unwrap();
-    let error = rel_rmse(&rendered(meadow, &mut technique), &rendered(meadow, &mut ShadowMapWalk::new()));
+    let error = rel_rmse(&meadow.render(&mut technique), &meadow.render(&mut ShadowMapWalk::new()));
     assert!(error < most, "{march:?}: relative RMSE {error}");
     let mut image = ScatterImage::new();
     group.bench_function(name, |b| {
@@ -59,7 +41,7 @@ fn bench_march(
 
 fn march(c: &mut Criterion) {
     for side in [1024, 4096] {
-        let meadow = Meadow::new(Lighting::Sun, SIZE, side);
+        let meadow = meadow(Lighting::Sun, SIZE, side);
         for steps in [128, 512, 2048] {
             let name = BenchmarkId::new(format!("{side}"), steps);
             bench_march(c, "march-sun", name, &meadow, options(steps, Distribution::Uniform), 0.1);
@@ -69,7 +51,7 @@ fn march(c: &mut Criterion) {
 
 fn lamps(c: &mut Criterion) {
     for (name, lighting) in [("point", Lighting::Point), ("spot", Lighting::Spot)] {
-        let meadow = Meadow::new(lighting, SIZE, 1024);
+        let meadow = meadow(lighting, SIZE, 1024);
         for distribution in [Distribution::EquiAngular, Distribution::Uniform] {
             let id = BenchmarkId::new(name, distribution);
             // Uniform steps miss what is near the lamp: their error is many times that of equal angles.
@@ -84,9 +66,9 @@ fn walk(c: &mut Criterion) {
     group.sample_size(10).warm_up_time(Duration::from_millis(300)).measurement_time(Duration::from_secs(5));
     group.throughput(Throughput::Elements(160 * 120));
     for lighting in [Lighting::Sun, Lighting::Point, Lighting::Spot] {
-        let meadow = Meadow::new(lighting, [160, 120], 1024);
+        let meadow = meadow(lighting, [160, 120], 1024);
         let (mut plain, mut tree) = (ShadowMapWalk::plain(), ShadowMapWalk::new());
-        assert_eq!(rendered(&meadow, &mut plain), rendered(&meadow, &mut tree));
+        assert_eq!(meadow.render(&mut plain), meadow.render(&mut tree));
         let mut image = ScatterImage::new();
         for (name, technique) in [("plain", &mut plain), ("tree", &mut tree)] {
             group.bench_function(BenchmarkId::new(name, format!("{lighting:?}")), |b| {

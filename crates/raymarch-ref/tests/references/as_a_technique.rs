@@ -2,10 +2,9 @@
 
 use raymarch_ref::{Options, RayMarch, ShadowMapWalk, TECHNIQUE};
 use scatter_core::{Quality, SceneFacts, Target, Technique, VolumetricShadow};
+use scatter_testing::{MapKind, OwnedFrame, Recipe};
 
-use crate::random_scene::{MapKind, Recipe, Scene};
-
-fn facts(scene: &Scene) -> SceneFacts {
+fn facts(scene: &OwnedFrame) -> SceneFacts {
     scene.with(SceneFacts::of)
 }
 
@@ -24,7 +23,7 @@ fn options_are_read_from_text_over_the_choice_of_the_level() {
 
 #[test]
 fn bad_options_are_errors_that_name_key_value_and_range() {
-    let scene = Scene::random(1, Recipe::of(MapKind::Orthographic));
+    let scene = OwnedFrame::random(1, Recipe::of(MapKind::Orthographic));
     let facts = facts(&scene);
     for (key, value, word) in [
         ("steps", "0", "1 to 65536"),
@@ -46,7 +45,7 @@ fn bad_options_are_errors_that_name_key_value_and_range() {
 
 #[test]
 fn every_rung_of_the_ladder_is_a_configuration() {
-    let scene = Scene::random(1, Recipe::of(MapKind::Orthographic));
+    let scene = OwnedFrame::random(1, Recipe::of(MapKind::Orthographic));
     let facts = facts(&scene);
     let ladder = TECHNIQUE.ladder();
     assert_eq!(ladder[0], [("steps", "8".to_string())]);
@@ -63,8 +62,8 @@ fn a_promise_is_kept_or_refused() {
     const SIDE: u32 = 5;
     for seed in 0..40 {
         let recipe = Recipe { map_side: SIDE, size: [7, 5], ..Recipe::of(MapKind::Orthographic) };
-        let scene = Scene::random(seed, recipe);
-        let clear = Scene { kind: MapKind::Unshadowed, ..scene.clone() };
+        let scene = OwnedFrame::random(seed, recipe);
+        let clear = scene.unoccluded();
         let facts = facts(&scene);
         for error in [0.1, 0.03, 0.01] {
             let options = Options::for_error(error, &facts).unwrap();
@@ -81,15 +80,15 @@ fn a_promise_is_kept_or_refused() {
             }
         }
     }
-    let large = Scene::random(1, Recipe { map_side: 2000, ..Recipe::of(MapKind::Orthographic) });
+    let large = OwnedFrame::random(1, Recipe { map_side: 2000, ..Recipe::of(MapKind::Orthographic) });
     assert!(Options::for_error(0.001, &facts(&large)).is_err());
-    let lamp = Scene::random(1, Recipe::of(MapKind::Point));
+    let lamp = OwnedFrame::random(1, Recipe::of(MapKind::Point));
     assert!(Options::for_error(0.1, &facts(&lamp)).is_err());
 }
 
 #[test]
 fn the_statistics_say_what_was_done() {
-    let scene = Scene::random(4, Recipe { size: [9, 7], ..Recipe::of(MapKind::Orthographic) });
+    let scene = OwnedFrame::random(4, Recipe { size: [9, 7], ..Recipe::of(MapKind::Orthographic) });
     scene.with(|frame| {
         let mut image = scatter_core::ScatterImage::new();
         let mut march = RayMarch::new(Options { steps: 50, ..Options::default() }).unwrap();

@@ -2,13 +2,12 @@
 
 use raymarch_ref::{Options, RayMarch, ShadowMapWalk};
 use scatter_core::VolumetricShadow;
-
-use crate::random_scene::{ALL_KINDS, Recipe, Scene};
+use scatter_testing::{MapKind, OwnedFrame, Recipe};
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    for kind in ALL_KINDS {
-        let scene = Scene::random(17, Recipe { size: [67, 75], textured: true, ..Recipe::of(kind) });
+    for kind in MapKind::ALL {
+        let scene = OwnedFrame::random(17, Recipe { size: [67, 75], textured: true, ..Recipe::of(kind) });
         let jittered = Options { steps: 100, jitter: Some(5), ..Options::default() };
         let techniques: [fn(Options) -> Box<dyn VolumetricShadow>; 3] = [
             |_| Box::new(ShadowMapWalk::new()),
@@ -31,8 +30,8 @@ fn a_used_technique_renders_like_a_new_one() {
     let mut walk = ShadowMapWalk::new();
     let mut march = RayMarch::new(Options { steps: 50, ..Options::default() }).unwrap();
     for seed in 0..12 {
-        let recipe = Recipe { map_side: 60, size: [9, 7], ..Recipe::of(ALL_KINDS[seed as usize % 6]) };
-        let scene = Scene::random(seed, recipe);
+        let recipe = Recipe { map_side: 60, size: [9, 7], ..Recipe::of(MapKind::ALL[seed as usize % 6]) };
+        let scene = OwnedFrame::random(seed, recipe);
         assert_eq!(scene.render(&mut walk), scene.render(&mut ShadowMapWalk::new()));
         assert_eq!(scene.render(&mut march), scene.render(&mut RayMarch::new(march.options()).unwrap()));
     }
@@ -40,7 +39,7 @@ fn a_used_technique_renders_like_a_new_one() {
 
 #[test]
 fn a_seed_is_a_picture() {
-    let scene = Scene::random(2, Recipe { size: [9, 7], ..Recipe::of(ALL_KINDS[1]) });
+    let scene = OwnedFrame::random(2, Recipe { size: [9, 7], ..Recipe::of(MapKind::ALL[1]) });
     let image = |seed| {
         let options = Options { steps: 20, jitter: seed, ..Options::default() };
         scene.render(&mut RayMarch::new(options).unwrap())

@@ -4,20 +4,17 @@ use glam::DVec3;
 use proptest::prelude::*;
 use raymarch_ref::{Distribution, Options, RayMarch, ShadowMapWalk};
 use scatter_core::{Camera, Light, Medium, Phase, ScatterImage, VolumetricShadow};
-
-use crate::random_scene::{ALL_KINDS, MapKind, Recipe, Scene};
+use scatter_testing::{MapKind, OwnedFrame, Recipe};
 
 /// How much f32 sums may exceed the closed form: the walk rounds once, a sun's march is a share ≤ 1, a lamp's march
 /// has no normalisation (512 steps of lobes with |g| = 0.99 at fov 170° miss by several percent).
 fn overshoot(kind: MapKind, marched: bool) -> f32 {
-    let lamp = matches!(kind, MapKind::Spot | MapKind::SpotCube | MapKind::Point);
-    if marched && lamp { 0.5 } else { 1e-6 }
+    if marched && kind.is_lamp() { 0.5 } else { 1e-6 }
 }
 
 #[track_caller]
-fn assert_sane(name: &str, scene: &Scene) {
-    let unshadowed = Scene { kind: MapKind::Unshadowed, texture: None, ..scene.clone() };
-    let whole = unshadowed.render(&mut ShadowMapWalk::new());
+fn assert_sane(name: &str, scene: &OwnedFrame) {
+    let whole = scene.unoccluded().render(&mut ShadowMapWalk::new());
     let march = |steps, distribution| RayMarch::new(Options { steps, distribution, jitter: None }).unwrap();
     let techniques: [(&str, Box<dyn VolumetricShadow>); 5] = [
         ("walk", Box::new(ShadowMapWalk::new())),
@@ -49,11 +46,11 @@ fn medium(sigma: f64, g: f64) -> Medium {
 
 #[test]
 fn thin_and_thick_media_and_short_and_endless_rays() {
-    for (n, kind) in ALL_KINDS.into_iter().enumerate() {
+    for (n, kind) in MapKind::ALL.into_iter().enumerate() {
         for sigma in [1e-9, 1e-3, 1.0, 1e4] {
             for end in [0.0, 1e-6, 1.0, 1e6, f64::INFINITY] {
                 for g in [-0.99, 0.0, 0.99] {
-                    let mut scene = Scene::random(n as u64, Recipe { size: [3, 2], ..Recipe::of(kind) });
+                    let mut scene = OwnedFrame::random(n as u64, Recipe { size: [3, 2], ..Recipe::of(kind) });
                     scene.medium = medium(sigma, g);
                     scene.max_distance = end;
                     scene.depth.fill(f32::INFINITY);
@@ -66,8 +63,8 @@ fn thin_and_thick_media_and_short_and_endless_rays() {
 
 #[test]
 fn an_endless_vacuum_scatters_nothing() {
-    for kind in ALL_KINDS {
-        let mut scene = Scene::random(3, Recipe::of(kind));
+    for kind in MapKind::ALL {
+        let mut scene = OwnedFrame::random(3, Recipe::of(kind));
         scene.medium = Medium::homogeneous([0.0; 3], [0.0; 3], Phase::Isotropic).unwrap();
         scene.max_distance = f64::INFINITY;
         for technique in [
@@ -82,13 +79,13 @@ fn an_endless_vacuum_scatters_nothing() {
 
 #[test]
 fn the_light_straight_ahead_and_behind_and_a_milliradian_off() {
-    for kind in ALL_KINDS {
+    for kind in MapKind::ALL {
         for side in [1.0, -1.0] {
             for angle in [0.0, 1e-12, 1e-3] {
-                let mut scene = Scene::random(11, Recipe { size: [3, 3], ..Recipe::of(kind) });
+                let mut scene = OwnedFrame::random(11, Recipe { size: [3, 3], ..Recipe::of(kind) });
                 let towards = match &scene.light {
                     Light::Directional(sun) => -sun.direction(),
-                    _ => (scene.lamp - scene.camera.eye()).normalize(),
+                    lamp => (lamp.position().unwrap() - scene.camera.eye()).normalize(),
                 };
                 let off = towards.any_orthonormal_vector() * angle;
                 let target = scene.camera.eye() + (towards + off) * side;
@@ -108,9 +105,9 @@ fn the_light_straight_ahead_and_behind_and_a_milliradian_off() {
 
 #[test]
 fn narrow_wide_and_parallel_views_of_every_image_size() {
-    for kind in ALL_KINDS {
+    for kind in MapKind::ALL {
         for size in [[1, 1], [1, 37], [37, 1], [33, 5]] {
-            let base = Scene::random(5, Recipe { size, ..Recipe::of(kind) });
+            let base = OwnedFrame::random(5, Recipe { size, ..Recipe::of(kind) });
             let (eye, target) = (base.camera.eye().to_array(), [0.1, 0.2, -0.1]);
             let up = [0.1, 0.9, 0.3];
             for camera in [
@@ -120,7 +117,7 @@ fn narrow_wide_and_parallel_views_of_every_image_size() {
             ] {
                 assert_sane(
                     &format!("{kind:?} {size:?}"),
-                    &Scene { camera: camera.unwrap(), ..base.clone() },
+                    &OwnedFrame { camera: camera.unwrap(), ..base.clone() },
                 );
             }
         }
@@ -136,8 +133,8 @@ proptest! {
     ) {
         let centre = if far { DVec3::new(1e5, 3e4, -1e5) } else { DVec3::ZERO };
         let map_side = if one_texel { 1 } else { 40 };
-        let recipe = Recipe { centre, map_side, ..Recipe::of(ALL_KINDS[kind]) };
-        let mut scene = Scene::random(seed, recipe);
+        let recipe = Recipe { centre, map_side, ..Recipe::of(MapKind::ALL[kind]) };
+        let mut scene = OwnedFrame::random(seed, recipe);
         for (projection, texels) in scene.projections.iter().zip(&mut scene.texels) {
             let width = projection.size()[0] as usize;
             for (index, depth) in texels.iter_mut().enumerate() {
@@ -154,7 +151,7 @@ proptest! {
 
     #[test]
     fn one_more_surface_never_brightens_a_pixel(seed: u64, kind in 1..6usize) {
-        let scene = Scene::random(seed, Recipe::of(ALL_KINDS[kind]));
+        let scene = OwnedFrame::random(seed, Recipe::of(MapKind::ALL[kind]));
         let mut darker = scene.clone();
         darker.texels.iter_mut().flatten().step_by(3).for_each(|depth| *depth = depth.min(1.0));
         for technique in
@@ -172,7 +169,7 @@ proptest! {
 
     #[test]
     fn longer_rays_are_never_darker(seed: u64, kind in 0..6usize) {
-        let mut scene = Scene::random(seed, Recipe::of(ALL_KINDS[kind]));
+        let mut scene = OwnedFrame::random(seed, Recipe::of(MapKind::ALL[kind]));
         scene.depth.fill(f32::INFINITY);
         let mut last = vec![0.0; 15 * 3];
         for end in [0.0, 0.3, 1.0, 2.5, 2.6, 7.0, 100.0] {

@@ -6,5 +6,4 @@ mod core_walk;
 mod determinism;
 mod extremes;
 mod march_against_walk;
-mod random_scene;
 mod walk_against_sampling;

@@ -3,38 +3,14 @@
 use proptest::prelude::*;
 use raymarch_ref::{Distribution, Options, RayMarch, ShadowMapWalk};
 use scatter_core::{Camera, ScatterImage};
-
-use crate::random_scene::{ALL_KINDS, MapKind, Recipe, Scene};
+use scatter_testing::{Filling, MapKind, OwnedFrame, Recipe, largest_difference, rel_rmse};
 
 fn options(steps: u32) -> Options {
     Options { steps, jitter: None, distribution: Distribution::EquiAngular }
 }
 
-fn march(scene: &Scene, options: Options) -> ScatterImage {
+fn march(scene: &OwnedFrame, options: Options) -> ScatterImage {
     scene.render(&mut RayMarch::new(options).unwrap())
-}
-
-/// Relative RMSE as MODEL.md has it.
-fn rel_rmse(image: &ScatterImage, truth: &ScatterImage) -> f64 {
-    let pairs: Vec<_> = image
-        .inscattered()
-        .iter()
-        .flatten()
-        .zip(truth.inscattered().iter().flatten())
-        .map(|(&a, &b)| (f64::from(a), f64::from(b)))
-        .collect();
-    let mean = pairs.iter().map(|(_, truth)| truth).sum::<f64>() / pairs.len() as f64;
-    let mse = pairs.iter().map(|(a, b)| (a - b).powi(2)).sum::<f64>() / pairs.len() as f64;
-    if mse == 0.0 { 0.0 } else { mse.sqrt() / mean }
-}
-
-/// The largest difference over all pixels, relative to the brightest one.
-fn largest_difference(a: &ScatterImage, b: &ScatterImage) -> f32 {
-    let pairs = || a.inscattered().iter().flatten().zip(b.inscattered().iter().flatten());
-    let brightest = pairs().map(|(a, _)| *a).fold(0.0, f32::max);
-    let difference = pairs().map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-    assert!(difference.is_finite());
-    if difference == 0.0 { 0.0 } else { difference / brightest }
 }
 
 /// Least-squares slope of ln(error) over ln(steps).
@@ -60,9 +36,9 @@ fn the_march_converges_to_the_walk() {
         let mut slopes = Vec::new();
         let mut worst = 0.0f64;
         for seed in 0..36u64 {
-            let kind = ALL_KINDS[1 + seed as usize % 5];
+            let kind = MapKind::ALL[1 + seed as usize % 5];
             let textured = seed % 4 == 3;
-            let scene = Scene::random(seed, Recipe { textured, size: [13, 9], ..Recipe::of(kind) });
+            let scene = OwnedFrame::random(seed, Recipe { textured, size: [13, 9], ..Recipe::of(kind) });
             let truth = scene.render(&mut ShadowMapWalk::new());
             let points: Vec<_> = STEPS
                 .iter()
@@ -85,19 +61,11 @@ fn the_march_converges_to_the_walk() {
     }
 }
 
-/// The same maps with surfaces that are too far away to shadow anything.
-fn with_far_surfaces(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    scene.texels.iter_mut().flatten().for_each(|depth| *depth = 1e30);
-    scene
-}
+/// Surfaces that are too far away to shadow anything.
+const FAR: Filling = Filling::Constant(1e30);
 
-/// The same maps, all of them at the light.
-fn with_near_surfaces(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    scene.texels.iter_mut().flatten().for_each(|depth| *depth = 0.0);
-    scene
-}
+/// Surfaces at the light.
+const NEAR: Filling = Filling::Constant(0.0);
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
@@ -105,7 +73,7 @@ proptest! {
     #[test]
     fn an_unoccluded_sun_is_exact_at_any_step_count(seed: u64, cascades: bool, steps in 1u32..3000, jitter: bool) {
         let kind = if cascades { MapKind::Cascades } else { MapKind::Orthographic };
-        let scene = with_far_surfaces(&Scene::random(seed, Recipe::of(kind)));
+        let scene = OwnedFrame::random(seed, Recipe::of(kind)).filled(FAR);
         let image = march(&scene, Options { jitter: jitter.then_some(3), ..options(steps) });
         let truth = scene.render(&mut ShadowMapWalk::new());
         prop_assert_eq!(image, truth);
@@ -114,7 +82,7 @@ proptest! {
     #[test]
     fn where_light_never_comes_there_is_nothing(seed: u64, cube: bool, steps in 1u32..300) {
         let kind = if cube { MapKind::SpotCube } else { MapKind::Point };
-        let scene = with_near_surfaces(&Scene::random(seed, Recipe::of(kind)));
+        let scene = OwnedFrame::random(seed, Recipe::of(kind)).filled(NEAR);
         let image = march(&scene, options(steps));
         prop_assert!(image.inscattered().iter().flatten().all(|&value| value == 0.0));
     }
@@ -123,11 +91,11 @@ proptest! {
     fn instruction_sets_differ_in_rounding_alone(seed: u64, kind in 0..6usize, textured: bool, steps in 1u32..600) {
         // A sample at a texel's border may fall on either side: one step of the ray, and a few of them.
         let one_step = 4.0 / f64::from(steps) + 1e-5;
-        let scene = Scene::random(seed, Recipe { textured, size: [9, 6], ..Recipe::of(ALL_KINDS[kind]) });
+        let scene = OwnedFrame::random(seed, Recipe { textured, size: [9, 6], ..Recipe::of(MapKind::ALL[kind]) });
         let fast = march(&scene, options(steps));
         let portable = scene.render(&mut RayMarch::portable(options(steps)).unwrap());
         prop_assert_eq!(fast.transmittance(), portable.transmittance());
-        prop_assert!(f64::from(largest_difference(&fast, &portable)) < one_step);
+        prop_assert!(largest_difference(&fast, &portable) < one_step);
         let same = fast.inscattered().iter().zip(portable.inscattered()).filter(|(a, b)| {
             a.iter().zip(b.iter()).all(|(a, b)| (a - b).abs() <= 2e-5 * a.abs().max(b.abs()))
         }).count();
@@ -147,7 +115,7 @@ fn an_unoccluded_lamp_converges_with_the_square_of_the_step() {
         (MapKind::Point, Distribution::Uniform),
     ] {
         for seed in 0..20 {
-            let scene = with_far_surfaces(&Scene::random(seed, Recipe::of(kind)));
+            let scene = OwnedFrame::random(seed, Recipe::of(kind)).filled(FAR);
             let truth = scene.render(&mut ShadowMapWalk::new());
             let error = |steps| rel_rmse(&march(&scene, Options { distribution, ..options(steps) }), &truth);
             let (coarse, fine) = (error(512), error(2048));
@@ -165,14 +133,13 @@ fn an_unoccluded_lamp_converges_with_the_square_of_the_step() {
 #[test]
 fn a_ray_that_leads_straight_away_from_a_lamp_keeps_its_digits() {
     for seed in 0..30 {
-        let mut scene = Scene::random(seed, Recipe { size: [3, 3], ..Recipe::of(MapKind::Point) });
-        let (eye, lamp) = (scene.camera.eye(), scene.lamp);
+        let mut scene = OwnedFrame::random(seed, Recipe { size: [3, 3], ..Recipe::of(MapKind::Point) });
+        let (eye, lamp) = (scene.camera.eye(), scene.light.position().unwrap());
         let target = eye + (eye - lamp);
         scene.camera = Camera::perspective(eye.into(), target.into(), [0.1, 0.9, 0.3], 50.0, [3, 3]).unwrap();
         scene.depth.fill(f32::INFINITY);
         let truth = scene.render(&mut ShadowMapWalk::new());
-        let clear = Scene { kind: MapKind::Unshadowed, ..scene.clone() };
-        let whole = clear.render(&mut ShadowMapWalk::new()).at(1, 1);
+        let whole = scene.unoccluded().render(&mut ShadowMapWalk::new()).at(1, 1);
         let image = march(&scene, options(16_384));
         for c in 0..3 {
             // The middle pixel's ray lies on the lamp's: it passes at the least distance the model has, 1e-6 of the

@@ -1,9 +1,9 @@
 //! The exact walk against dense sampling of the map, and against itself without the tree.
 
-use crate::random_scene::{ALL_KINDS, MapKind, Recipe, Scene, dense};
 use glam::DVec3;
 use proptest::prelude::*;
 use raymarch_ref::ShadowMapWalk;
+use scatter_testing::{MapKind, OwnedFrame, Recipe, dense};
 
 /// Samples a ray. The midpoint rule's own error is (1/n)² of the integral: 1e-9.
 const SAMPLES: u32 = 40_000;
@@ -11,10 +11,9 @@ const SAMPLES: u32 = 40_000;
 const SMOOTH_TOLERANCE: f64 = 1e-5;
 
 fn assert_walk_is_sampled(seed: u64, recipe: Recipe) {
-    let scene = Scene::random(seed, recipe);
+    let scene = OwnedFrame::random(seed, recipe);
     let image = scene.render(&mut ShadowMapWalk::new());
-    let clear = Scene { kind: MapKind::Unshadowed, texture: None, ..scene.clone() };
-    let unshadowed = clear.render(&mut ShadowMapWalk::new());
+    let unshadowed = scene.unoccluded().render(&mut ShadowMapWalk::new());
     scene.with(|frame| {
         let [width, height] = frame.size();
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
@@ -37,13 +36,13 @@ proptest! {
 
     #[test]
     fn the_walk_is_what_dense_sampling_converges_to(seed: u64, kind in 0..6usize, textured: bool) {
-        assert_walk_is_sampled(seed, Recipe { textured, ..Recipe::of(ALL_KINDS[kind]) });
+        assert_walk_is_sampled(seed, Recipe { textured, ..Recipe::of(MapKind::ALL[kind]) });
     }
 
     #[test]
     fn far_from_the_origin_nothing_changes(seed: u64, kind in 0..6usize) {
         let centre = DVec3::new(7e4, -5e4, 4e4);
-        assert_walk_is_sampled(seed, Recipe { centre, ..Recipe::of(ALL_KINDS[kind]) });
+        assert_walk_is_sampled(seed, Recipe { centre, ..Recipe::of(MapKind::ALL[kind]) });
     }
 }
 
@@ -54,7 +53,7 @@ proptest! {
     fn skipping_blocks_changes_no_bit(seed: u64, kind in 1..6usize, textured: bool, large: bool) {
         let map_side = if large { 300 } else { 20 };
         let mut scene =
-            Scene::random(seed, Recipe { textured, map_side, size: [7, 4], ..Recipe::of(ALL_KINDS[kind]) });
+            OwnedFrame::random(seed, Recipe { textured, map_side, size: [7, 4], ..Recipe::of(MapKind::ALL[kind]) });
         // Blocks of equal depth, so that there is something to skip.
         for (projection, texels) in scene.projections.iter().zip(&mut scene.texels) {
             let width = projection.size()[0] as usize;

@@ -305,13 +305,10 @@ mod tests {
         Screen { rows, depth: ScreenDepth::MinusReciprocal, ..parallel() }
     }
 
-    /// Numbers in [0, 1), the same every time (Knuth's MMIX generator).
+    /// Numbers in [0, 1), the same every time.
     fn random(seed: u64) -> impl FnMut() -> f64 {
-        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        }
+        let mut random = scatter_testing::Random(seed);
+        move || random.range(0.0, 1.0)
     }
 
     /// Depth of a triangle's plane at a centre that it covers, by barycentric coordinates.

@@ -6,41 +6,12 @@ use glam::{DMat3, DVec3};
 use scatter_core::{
     Camera, DepthMap, Frame, Light, Medium, Phase, ScatterImage, ShadowMap, VolumetricShadow,
 };
+use scatter_testing::Random;
 
 use super::second_way::{PlainLight, PlainMedium, SecondWay};
 use super::shadow_walk::ShadowWalk;
 use super::*;
 use crate::scene::Scene;
-
-/// SplitMix64 (Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn range(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        low + (high - low) * (((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    fn in_cube(&mut self, half: f64) -> DVec3 {
-        DVec3::new(self.range(-half, half), self.range(-half, half), self.range(-half, half))
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        loop {
-            let v = self.in_cube(1.0);
-            if v.length() > 0.1 && v.length() <= 1.0 {
-                return v.normalize();
-            }
-        }
-    }
-
-    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[self.range(0.0, from.len() as f64) as usize]
-    }
-}
 
 /// Random triangles around `centre`.
 fn soup(random: &mut Random, count: u32, centre: DVec3) -> Scene {

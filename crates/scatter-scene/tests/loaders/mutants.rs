@@ -2,16 +2,16 @@
 //!
 //! Deterministic (a seeded generator), and the count of panics must be zero: a panic prints text of its own.
 
-use std::cell::Cell;
-use std::panic::{AssertUnwindSafe, UnwindSafe};
-use std::path::Path;
-use std::sync::Once;
-
 use crate::common::{Asset, F32, I16, U8, U16, base64, f32_bytes, glb, shared_folder};
 use scatter_scene::{
     RadianceImage, Scene, SceneError, load_scene, load_shot, read_exr, read_linear_rgb, write_exr, write_png,
 };
+use scatter_testing::Random;
 use serde_json::json;
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, UnwindSafe};
+use std::path::Path;
+use std::sync::Once;
 
 /// What JSON and OBJ numbers are replaced by.
 const NUMBERS: [&str; 22] = [
@@ -41,22 +41,6 @@ const NUMBERS: [&str; 22] = [
 
 thread_local! {
     static PANICS: Cell<usize> = const { Cell::new(0) };
-}
-
-/// SplitMix64 (Steele, Lea, Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, bound: usize) -> usize {
-        (self.next() % bound.max(1) as u64) as usize
-    }
 }
 
 /// Runs a loader; a panic is counted (and would unwind into the test as a failure anyway).
@@ -145,21 +129,21 @@ fn image(path: &Path) -> Result<(), SceneError> {
 /// One to four byte edits, a truncation, a removed or a doubled piece.
 fn damaged(random: &mut Random, seed: &[u8]) -> Vec<u8> {
     let mut bytes = seed.to_vec();
-    let at = random.below(bytes.len());
-    match random.below(8) {
+    let at = random.index(bytes.len());
+    match random.index(8) {
         0 => bytes.truncate(at),
-        1 => drop(bytes.drain(at..(at + 1 + random.below(40)).min(seed.len()))),
+        1 => drop(bytes.drain(at..(at + 1 + random.index(40)).min(seed.len()))),
         2 => {
-            let piece = bytes[at..(at + 1 + random.below(40)).min(seed.len())].to_vec();
+            let piece = bytes[at..(at + 1 + random.index(40)).min(seed.len())].to_vec();
             bytes.splice(at..at, piece);
         }
         _ => {
-            for _ in 0..=random.below(4) {
-                let at = random.below(bytes.len());
-                bytes[at] = match random.below(3) {
-                    0 => random.next() as u8,
-                    1 => bytes[at] ^ (1 << random.below(8)),
-                    _ => *b"0123456789-.,:[]{}\" \n\0".get(random.below(22)).unwrap(),
+            for _ in 0..=random.index(4) {
+                let at = random.index(bytes.len());
+                bytes[at] = match random.index(3) {
+                    0 => random.bits() as u8,
+                    1 => bytes[at] ^ (1 << random.index(8)),
+                    _ => *b"0123456789-.,:[]{}\" \n\0".get(random.index(22)).unwrap(),
                 };
             }
         }
@@ -182,14 +166,14 @@ fn renumbered(random: &mut Random, text: &str) -> String {
             _ => {}
         }
     }
-    let one = numbers[random.below(numbers.len())].clone();
-    let other = numbers[random.below(numbers.len())].clone();
+    let one = numbers[random.index(numbers.len())].clone();
+    let other = numbers[random.index(numbers.len())].clone();
     let mut changed = text.to_owned();
-    if random.below(4) == 0 && one.end < other.start {
+    if random.index(4) == 0 && one.end < other.start {
         changed.replace_range(other.clone(), &text[one.clone()]);
         changed.replace_range(one, &text[other]);
     } else {
-        changed.replace_range(one, NUMBERS[random.below(NUMBERS.len())]);
+        changed.replace_range(one, NUMBERS[random.index(NUMBERS.len())]);
     }
     changed
 }
@@ -337,8 +321,8 @@ fn damaged_shot_files_give_a_sane_shot_or_one_line() {
     let lines: Vec<&str> = RICH_SHOT.lines().collect();
     let shuffled = (0..1000).map(|_| {
         let mut lines = lines.clone();
-        let (a, b) = (random.below(lines.len()), random.below(lines.len()));
-        match random.below(3) {
+        let (a, b) = (random.index(lines.len()), random.index(lines.len()));
+        match random.index(3) {
             0 => drop(lines.remove(a)),
             1 => lines.insert(a, lines[b]),
             _ => lines.swap(a, b),

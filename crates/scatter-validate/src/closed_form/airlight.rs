@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::exponential_integral::scaled_e1;
 use super::quadrature::integrate;
-use super::{Channel, Lamp};
+use super::terms::{Channel, Lamp};
 
 /// In-scattered radiance \[W/(m²·sr)\] of the lit interval `[a, b]` of the view ray from the origin along `view`:
 /// `I·∫ₐᵇ Σσs·p(cosθ)·C·exp(−σt(t+d))/d² dt`. 0 ≤ a ≤ b ≤ ∞.

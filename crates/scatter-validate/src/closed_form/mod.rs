@@ -13,38 +13,11 @@ mod exponential_integral;
 mod phase;
 mod quadrature;
 mod sun;
+mod terms;
 
 pub(crate) use airlight::PUBLISHED;
 pub use airlight::{airlight_isotropic, lamp_radiance};
 pub use cone::Cone;
 pub use phase::PhaseFunction;
 pub use sun::{sun_integral, sun_radiance};
-
-use glam::DVec3;
-
-/// One colour channel of a medium.
-#[derive(Debug, Clone, Copy)]
-pub struct Channel<'a> {
-    /// Scattering coefficient \[1/length\], ≥ 0, and phase function of each kind of particle.
-    pub components: &'a [(f64, PhaseFunction)],
-    /// Extinction \[1/length\], at least the sum of the scattering coefficients.
-    pub sigma_t: f64,
-}
-
-/// One colour channel of a lamp.
-#[derive(Debug, Clone, Copy)]
-pub struct Lamp {
-    /// Position relative to the start of the view ray.
-    pub position: DVec3,
-    /// Intensity \[W/sr\].
-    pub intensity: f64,
-    /// The cone of a spot.
-    pub cone: Option<Cone>,
-}
-
-impl Channel<'_> {
-    /// `Σ σs·p(cosθ)` \[1/(length·sr)\].
-    fn scattering(&self, cos_theta: f64) -> f64 {
-        self.components.iter().map(|(sigma_s, phase)| sigma_s * phase.at(cos_theta)).sum()
-    }
-}
+pub use terms::{Channel, Lamp};

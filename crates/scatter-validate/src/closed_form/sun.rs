@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Channel;
+use super::terms::Channel;
 
 /// In-scattered radiance \[W/(m²·sr)\] of the lit interval `[a, b]` of a view ray: `E·Σσs·p(cosθ)·∫ₐᵇ e^{−σt} dt`.
 ///

@@ -4,9 +4,10 @@ use scatter_scene::{RadianceImage, encode_png};
 
 use super::html::{Page, Tone};
 use super::{base64, picture};
-use crate::matrix::{Pictures, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+use crate::matrix::Pictures;
 use crate::row::{Row, Verdict};
 use crate::table::cells;
+use crate::truths::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
 /// The pictures of one shot, as data URIs.
 pub(super) struct ShotSection {

@@ -13,12 +13,13 @@ use serde::Serialize;
 
 use super::flicker::SecondDifference;
 use crate::baseline::Baseline;
-use crate::matrix::{
-    MatrixError, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, Settings, against, raycast_truth, shadow_map_truth,
-};
+use crate::judge_error::JudgeError;
+use crate::judged_shot::{MapJudgedShot, against};
 use crate::measure::{Measurement, Outcome, Renderer, measure};
-use crate::options::{Options, at_level, pairs};
+use crate::options::at_level;
+use crate::settings::{Options, Settings, pairs};
 use crate::staged_shot::{StageError, StagedShot};
+use crate::truths::{SHADOW_MAP_TRUTH, raycast_truth};
 
 /// Frames of a sequence.
 pub const MOTION_FRAMES: u32 = 16;
@@ -93,48 +94,47 @@ struct ErrorSequence {
 
 impl Motion<'_> {
     /// Runs all techniques through the sequence on one shot. `progress` is told what comes next.
-    pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<Vec<MotionRow>, MatrixError> {
+    pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<Vec<MotionRow>, JudgeError> {
         let Settings { map_size, .. } = self.settings;
         let camera = shot.camera.clone();
         progress(&format!("{}: maps", shot.name));
-        let mut staged = StagedShot::with_source(shot, map_size, self.settings.raster.as_ref())?;
+        let staged = StagedShot::with_source(shot, map_size, self.settings.raster.as_ref())?;
+        let name = staged.name().to_string();
         let lights: Vec<(Light, bool)> =
             staged.lights().map(|(light, glass)| (light.clone(), glass)).collect();
+        let mut judged = MapJudgedShot::new(staged)?;
         let mut runners: Vec<Runner<'_>> = Vec::new();
         let (mut map_error, mut truth_mean) = (ErrorSequence::default(), 0.0);
         let [mut map_truth_differences, mut ray_truth_differences] =
             [(); 2].map(|()| SecondDifference::default());
         for frame in 0..self.frames {
-            progress(&format!("{}: frame {} of {}", staged.name(), frame + 1, self.frames));
+            progress(&format!("{name}: frame {} of {}", frame + 1, self.frames));
             if frame > 0 {
                 let (camera, lights) = at_frame(&camera, &lights, frame)
-                    .map_err(|source| StageError::Model { shot: staged.name().into(), source })?;
-                staged.restage(camera, &lights, map_size)?;
+                    .map_err(|source| StageError::Model { shot: name.clone(), source })?;
+                judged.restage(camera, &lights, map_size)?;
             }
-            let map_truth = shadow_map_truth(&staged, 1)?;
+            let (staged, map_truth) = (judged.shot(), judged.truth());
             map_truth_differences.push(values(&map_truth.image));
             if self.map_row {
-                let ray_truth = raycast_truth(&staged, 1)?;
-                map_error.push(&staged, (RAYCAST_TRUTH, &ray_truth), (SHADOW_MAP_TRUTH, &map_truth))?;
+                let ray_truth = raycast_truth(staged)?;
+                map_error.push(staged, &ray_truth, map_truth)?;
                 ray_truth_differences.push(values(&ray_truth.image));
             }
             truth_mean += values(&map_truth.image).sum::<f64>() / (3 * map_truth.image.pixels.len()) as f64;
             if frame == 0 {
-                runners = self.runners(&staged, &map_truth, progress)?;
+                runners = self.runners(&judged, progress)?;
             }
             for runner in runners.iter_mut().filter(|runner| runner.unsupported.is_none()) {
-                match measure(&staged, &mut runner.renderer, 1)? {
-                    Outcome::Measured(image) => {
-                        let id = runner.technique.info().id;
-                        runner.error.push(&staged, (SHADOW_MAP_TRUTH, &map_truth), (id, &image))?;
-                    }
+                match measure(staged, &mut runner.renderer, 1)? {
+                    Outcome::Measured(image) => runner.error.push(staged, map_truth, &image)?,
                     Outcome::Unsupported(unsupported) => runner.unsupported = Some(unsupported.reason.into()),
                 }
             }
         }
         let mean = truth_mean / f64::from(self.frames.max(1));
         let row = |method: &str, error: &ErrorSequence, truth: &SecondDifference| MotionRow {
-            shot: staged.name().into(),
+            shot: name.clone(),
             method: method.into(),
             level: None,
             options: Default::default(),
@@ -162,16 +162,15 @@ impl Motion<'_> {
     /// All techniques, configured for the first frame: they keep their options, as an engine would have it.
     fn runners(
         &self,
-        shot: &StagedShot,
-        truth: &Measurement,
+        judged: &MapJudgedShot,
         progress: &mut dyn FnMut(&str),
-    ) -> Result<Vec<Runner<'_>>, MatrixError> {
-        let quality = self.settings.quality;
+    ) -> Result<Vec<Runner<'_>>, JudgeError> {
+        let (shot, quality) = (judged.shot(), self.settings.quality);
         let mut runners = Vec::new();
         for &technique in &self.techniques {
             progress(&format!("{}: options of {}", shot.name(), technique.info().id));
             let level = (&self.settings, quality);
-            let options = at_level(technique, self.baseline.as_ref(), level, (shot, truth))?;
+            let options = at_level(technique, self.baseline.as_ref(), level, judged)?;
             let renderer =
                 Renderer::configured(technique, Target::Quality(quality), &pairs(&options), shot)??;
             let error = ErrorSequence::default();
@@ -185,13 +184,13 @@ impl ErrorSequence {
     fn push(
         &mut self,
         shot: &StagedShot,
-        reference: (&str, &Measurement),
-        test: (&str, &Measurement),
-    ) -> Result<(), MatrixError> {
+        reference: &Measurement,
+        test: &Measurement,
+    ) -> Result<(), JudgeError> {
         let figures = against(shot, reference, test)?;
         self.rel_rmse_sum += figures.rel_rmse;
         self.non_finite += figures.non_finite;
-        let pairs = values(&test.1.image).zip(values(&reference.1.image));
+        let pairs = values(&test.image).zip(values(&reference.image));
         self.differences.push(pairs.map(|(test, reference)| test - reference));
         Ok(())
     }

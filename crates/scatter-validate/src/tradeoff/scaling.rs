@@ -14,10 +14,12 @@ use serde::Serialize;
 use super::slope::Fit;
 use super::sweep::on_one_thread;
 use crate::baseline::Baseline;
-use crate::matrix::{MatrixError, SHADOW_MAP_TRUTH, Settings, against, row, shadow_map_truth};
+use crate::judge_error::JudgeError;
+use crate::judged_shot::MapJudgedShot;
 use crate::measure::{Measurement, Outcome, Renderer, measure, timed};
-use crate::options::{Options, at_level, pairs};
+use crate::options::at_level;
 use crate::row::{Errors, Row, Verdict};
+use crate::settings::{Options, Settings, pairs};
 use crate::staged_shot::{StageError, StagedShot, resized};
 
 /// Sides of image and map, of their full size, from the smallest on.
@@ -59,31 +61,33 @@ pub struct Slope {
 
 impl Scaling<'_> {
     /// Measures all techniques on one shot at all sizes, the largest first. `progress` is told what comes next.
-    pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<Vec<ScalingRow>, MatrixError> {
+    pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<Vec<ScalingRow>, JudgeError> {
         let Settings { map_size, .. } = self.settings;
         progress(&format!("{}: maps", shot.name));
         let full = shot.camera.clone();
-        let mut staged = StagedShot::with_source(shot, map_size, self.settings.raster.as_ref())?;
+        let staged = StagedShot::with_source(shot, map_size, self.settings.raster.as_ref())?;
+        let name = staged.name().to_string();
         let lights: Vec<Light> = staged.lights().map(|(light, _)| light.clone()).collect();
+        let mut judged = MapJudgedShot::new(staged)?;
         let level = (&self.settings, self.settings.quality);
-        let baseline_id = self.baseline.map(|baseline| baseline.technique.info().id);
-        let is_baseline = |technique: &dyn Technique| baseline_id == Some(technique.info().id);
+        let is_baseline = |technique: &dyn Technique| {
+            self.baseline.is_some_and(|baseline| baseline.is(technique.info().id))
+        };
         let mut at_full_size: Option<Options> = None;
         let mut rows = Vec::new();
         for factor in SCALING_FACTORS.into_iter().rev() {
             let [width, height] = full.size().map(|side| scaled(side, factor));
             if factor != 1.0 {
-                progress(&format!("{}: maps at {width}x{height}", staged.name()));
+                progress(&format!("{name}: maps at {width}x{height}"));
                 let camera = resized(&full, [width, height])
-                    .map_err(|source| StageError::Model { shot: staged.name().into(), source })?;
-                staged.restage(camera, &lights, scaled(map_size, factor))?;
+                    .map_err(|source| StageError::Model { shot: name.clone(), source })?;
+                judged.restage(camera, &lights, scaled(map_size, factor))?;
             }
-            let truth = shadow_map_truth(&staged, 1)?;
             for &technique in &self.techniques {
-                progress(&format!("{}: {} at {width}x{height}", staged.name(), technique.info().id));
+                progress(&format!("{name}: {} at {width}x{height}", technique.info().id));
                 let mut options = match &at_full_size {
                     Some(options) if is_baseline(technique) => Options::clone(options),
-                    _ => at_level(technique, self.baseline.as_ref(), level, (&staged, &truth))?,
+                    _ => at_level(technique, self.baseline.as_ref(), level, &judged)?,
                 };
                 if let Some(baseline) = self.baseline.filter(|_| is_baseline(technique)) {
                     at_full_size.get_or_insert_with(|| options.clone());
@@ -93,7 +97,7 @@ impl Scaling<'_> {
                             value.parse().map_or(value.clone(), |steps| scaled(steps, factor).to_string());
                     }
                 }
-                rows.push(self.row(technique, options, &staged, &truth)?);
+                rows.push(self.row(technique, options, &judged)?);
             }
         }
         Ok(rows)
@@ -103,11 +107,10 @@ impl Scaling<'_> {
         &self,
         technique: &dyn Technique,
         options: Options,
-        shot: &StagedShot,
-        truth: &Measurement,
-    ) -> Result<ScalingRow, MatrixError> {
+        judged: &MapJudgedShot,
+    ) -> Result<ScalingRow, JudgeError> {
         let Settings { quality, repeat, threads, .. } = self.settings;
-        let id = technique.info().id;
+        let shot = judged.shot();
         let settings = Settings { map_size: shot.map_size(), ..self.settings.clone() };
         let [width, height] = shot.camera().size().map(f64::from);
         let resolution = (width * height * f64::from(shot.map_size())).cbrt();
@@ -115,15 +118,15 @@ impl Scaling<'_> {
             Renderer::configured(technique, Target::Quality(quality), &pairs(&options), shot)??;
         let (measurement, errors, verdict) = match measure(shot, &mut renderer, 1)? {
             Outcome::Measured(measurement) => {
-                let figures = against(shot, (SHADOW_MAP_TRUTH, truth), (id, &measurement))?;
+                let figures = judged.figures(&measurement)?;
                 (*measurement, Errors { shadow_map: Some(figures), raycast: None }, Verdict::Ok)
             }
             Outcome::Unsupported(unsupported) => {
-                let nothing = Measurement::nothing(shot.camera().size());
+                let nothing = Measurement::nothing(technique.info().id, shot.camera().size());
                 (nothing, Errors::default(), Verdict::Unsupported(unsupported.reason.into()))
             }
         };
-        let mut row = row(shot, id, &measurement, &settings, errors);
+        let mut row = Row::new(shot, &measurement, &settings, errors);
         row.options = options.into_iter().collect();
         row.level = Some(quality.to_string());
         let mut time_ms_one_thread = BTreeMap::new();

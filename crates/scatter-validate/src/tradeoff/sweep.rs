@@ -9,12 +9,11 @@ use scatter_scene::Shot;
 use super::setting::{Setting, Source, ladder};
 use super::trade::{Rung, ShotTrade};
 use crate::baseline::Baseline;
-use crate::matrix::{
-    MatrixError, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, Settings, against, raycast_truth, row, shadow_map_truth,
-};
+use crate::judge_error::JudgeError;
+use crate::judged_shot::JudgedShot;
 use crate::measure::{Measurement, Outcome, Renderer, measure, timed};
-use crate::options::{by_hand, pairs};
-use crate::row::{Errors, Verdict};
+use crate::row::{Errors, Row, Verdict};
+use crate::settings::{Settings, pairs};
 use crate::staged_shot::StagedShot;
 use crate::step_search::reaches;
 
@@ -50,33 +49,25 @@ impl Default for Limits {
 /// A technique with the settings to try.
 type Planned<'a> = (&'a dyn Technique, Vec<Setting>);
 
-/// A shot with both truths.
-struct Judge {
-    shot: StagedShot,
-    map_truth: Measurement,
-    ray_truth: Measurement,
-}
-
 impl Sweep<'_> {
     /// Measures every setting of every technique on one shot. `progress` is told what comes next.
-    pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotTrade, MatrixError> {
+    pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotTrade, JudgeError> {
         progress(&format!("{}: maps", shot.name));
         let shot = StagedShot::with_source(shot, self.settings.map_size, self.settings.raster.as_ref())?;
         progress(&format!("{}: truths", shot.name()));
-        let (map_truth, ray_truth) = (shadow_map_truth(&shot, 1)?, raycast_truth(&shot, 1)?);
-        let map_error = against(&shot, (RAYCAST_TRUTH, &ray_truth), (SHADOW_MAP_TRUTH, &map_truth))?;
-        let judge = Judge { shot, map_truth, ray_truth };
+        let judged = JudgedShot::new(shot, &mut |_| {})?;
+        let map_error = judged.map_error()?;
         let mut rungs = Vec::new();
-        for (technique, settings) in self.plan(&judge, progress)? {
+        for (technique, settings) in self.plan(&judged, progress)? {
             let mut climb =
-                Climb { sweep: self, judge: &judge, technique, seen: Vec::new(), rungs: &mut rungs };
+                Climb { sweep: self, judged: &judged, technique, seen: Vec::new(), rungs: &mut rungs };
             let mut ended = None;
             for setting in settings {
                 // A source's finer settings are left out, not those of another source, nor what others are divided into.
                 if ended == Some(setting.source) && setting.source != Source::Search {
                     continue;
                 }
-                progress(&format!("{}: {} {setting}", judge.shot.name(), technique.info().id));
+                progress(&format!("{}: {} {setting}", judged.shot().name(), technique.info().id));
                 match climb.measure(&setting)? {
                     Step::On => {}
                     Step::End => ended = Some(setting.source),
@@ -85,24 +76,28 @@ impl Sweep<'_> {
             }
         }
         let baseline = self.baseline.map(|baseline| baseline.technique.info().id);
-        Ok(ShotTrade::new(judge.shot.name().into(), map_error, rungs, baseline))
+        Ok(ShotTrade::new(judged.shot().name().into(), map_error, rungs, baseline))
     }
 
     /// Each technique with its settings; the baseline comes first.
-    fn plan(&self, judge: &Judge, progress: &mut dyn FnMut(&str)) -> Result<Vec<Planned<'_>>, MatrixError> {
+    fn plan(
+        &self,
+        judged: &JudgedShot,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Vec<Planned<'_>>, JudgeError> {
         let mut plan: Vec<Planned<'_>> = Vec::new();
         if let Some(baseline) = self.baseline {
-            let by_hand = by_hand(&self.settings, baseline.technique);
-            progress(&format!("{}: cheapest {}", judge.shot.name(), baseline.technique.info().id));
-            let mut settings = searched(&baseline, &by_hand, judge)?;
-            if self.techniques.iter().any(|technique| technique.info().id == baseline.technique.info().id) {
+            let by_hand = self.settings.by_hand(baseline.technique);
+            progress(&format!("{}: cheapest {}", judged.shot().name(), baseline.technique.info().id));
+            let mut settings = searched(&baseline, &by_hand, judged)?;
+            if self.techniques.iter().any(|technique| baseline.is(technique.info().id)) {
                 settings.extend(ladder(baseline.technique, &by_hand));
             }
             plan.push((baseline.technique, settings));
         }
         for &technique in &self.techniques {
             if plan.iter().all(|(planned, _)| planned.info().id != technique.info().id) {
-                plan.push((technique, ladder(technique, &by_hand(&self.settings, technique))));
+                plan.push((technique, ladder(technique, &self.settings.by_hand(technique))));
             }
         }
         Ok(plan)
@@ -113,12 +108,12 @@ impl Sweep<'_> {
 fn searched(
     baseline: &Baseline<'_>,
     by_hand: &[(String, String)],
-    judge: &Judge,
-) -> Result<Vec<Setting>, MatrixError> {
+    judged: &JudgedShot,
+) -> Result<Vec<Setting>, JudgeError> {
     if by_hand.iter().any(|(key, _)| key == baseline.knob) {
         return Ok(Vec::new());
     }
-    let found = baseline.cheapest(Quality::ALL, &judge.shot, &judge.map_truth, &pairs(by_hand))?;
+    let found = baseline.cheapest(Quality::ALL, judged.by_map(), &pairs(by_hand))?;
     let setting = |steps: u32| Setting {
         source: Source::Search,
         target: Target::Quality(Quality::default()),
@@ -137,7 +132,7 @@ enum Step {
 /// One technique's way up on one shot.
 struct Climb<'c> {
     sweep: &'c Sweep<'c>,
-    judge: &'c Judge,
+    judged: &'c JudgedShot,
     technique: &'c dyn Technique,
     /// What each rung did, with its index: equal settings are found by what they do.
     seen: Vec<(u64, usize)>,
@@ -145,10 +140,9 @@ struct Climb<'c> {
 }
 
 impl Climb<'_> {
-    fn measure(&mut self, setting: &Setting) -> Result<Step, MatrixError> {
-        let Judge { shot, map_truth, ray_truth } = self.judge;
+    fn measure(&mut self, setting: &Setting) -> Result<Step, JudgeError> {
+        let shot = self.judged.shot();
         let Settings { repeat, threads, .. } = self.sweep.settings;
-        let id = self.technique.info().id;
         let configured =
             Renderer::configured(self.technique, setting.target, &pairs(&setting.overrides), shot)?;
         let mut renderer = match configured {
@@ -161,15 +155,15 @@ impl Climb<'_> {
         let measurement = match measure(shot, &mut renderer, 1)? {
             Outcome::Measured(measurement) => measurement,
             Outcome::Unsupported(unsupported) => {
-                let nothing = Measurement::nothing(shot.camera().size());
+                let nothing = Measurement::nothing(self.technique.info().id, shot.camera().size());
                 let mut rung = self.rung(setting, &nothing, Errors::default());
                 rung.row.verdict = Some(Verdict::Unsupported(unsupported.reason.into()));
                 self.rungs.push(rung);
                 return Ok(Step::Unsupported);
             }
         };
-        let figures = against(shot, (SHADOW_MAP_TRUTH, map_truth), (id, &measurement))?;
-        let frame_ms = measurement.time_ms.get("total").copied().unwrap_or_default();
+        let figures = self.judged.by_map().figures(&measurement)?;
+        let frame_ms = measurement.total_ms().unwrap_or_default();
         let limits = self.sweep.limits;
         let is_last = reaches(&figures, limits.error) || frame_ms > limits.frame_ms;
         let step = if is_last { Step::End } else { Step::On };
@@ -182,7 +176,7 @@ impl Climb<'_> {
             }
             return Ok(step);
         }
-        let raycast = against(shot, (RAYCAST_TRUTH, ray_truth), (id, &measurement))?;
+        let raycast = self.judged.raycast_figures(&measurement)?;
         let errors = Errors { shadow_map: Some(figures), raycast: Some(raycast) };
         let mut rung = self.rung(setting, &measurement, errors);
         let mut out = ScatterImage::new();
@@ -202,8 +196,7 @@ impl Climb<'_> {
 
     /// A rung without times of its own, ratio and place on the front.
     fn rung(&self, setting: &Setting, measurement: &Measurement, errors: Errors) -> Rung {
-        let (shot, settings) = (&self.judge.shot, &self.sweep.settings);
-        let mut row = row(shot, self.technique.info().id, measurement, settings, errors);
+        let mut row = Row::new(self.judged.shot(), measurement, &self.sweep.settings, errors);
         row.options = setting.overrides.iter().cloned().collect();
         let figures = errors.shadow_map;
         let reached = figures.and_then(|figures| {
@@ -227,8 +220,8 @@ impl Climb<'_> {
 }
 
 /// Runs a job in a pool of one thread.
-pub(super) fn on_one_thread<R: Send>(job: impl FnOnce() -> R + Send) -> Result<R, MatrixError> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(MatrixError::Thread)?;
+pub(super) fn on_one_thread<R: Send>(job: impl FnOnce() -> R + Send) -> Result<R, JudgeError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(JudgeError::Thread)?;
     Ok(pool.install(job))
 }
 
