@@ -6,7 +6,7 @@
 
 use scatter_core::{Medium, RayLight};
 
-use crate::driver::{SliceIntegrator, SliceQueries, SliceSetup, SliceView};
+use crate::driver::{SliceIntegrator, SliceQueries, SliceRoom, SliceSetup, SliceView};
 use crate::rows::{Row, TexturedRow};
 
 /// The direct sum over a slice's lit light rays (Baran et al. 2010, Section 3, before any factorisation): for every light,
@@ -35,6 +35,10 @@ impl SliceIntegrator for DirectIntegrator {
 
     fn channels(&self) -> usize {
         self.channels
+    }
+
+    fn reserve(&self, room: &SliceRoom<'_>, scratch: &mut DirectScratch) {
+        scratch.row.clear(room.runs);
     }
 
     fn integrate(&self, slice: &SliceView<'_>, queries: &mut SliceQueries, scratch: &mut DirectScratch) {

@@ -18,4 +18,5 @@ pub use factor::{Factorisation, Factors, LampBands, LampFactors, LampMedium, MAX
 pub use integrator::Baran;
 pub use settings::{BaranSettings, Cells, MOST_LAMP_G};
 
+#[cfg(feature = "svd")]
 pub(crate) use factor::{WEIGHT_INTERVALS, reading_error};

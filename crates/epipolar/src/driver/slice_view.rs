@@ -260,6 +260,7 @@ impl<'a> SliceView<'a> {
         row.clear(0);
         row.push(0.0, columns);
         self.for_each_line(|layer, line| {
+            row.make_room(2 * line.columns as usize);
             read += u64::from(append(row, &line, layer));
             // Outside of the map nothing is shadowed.
             row.push(line.gamma.at(line.length), columns);

@@ -35,18 +35,25 @@ pub struct Row {
 }
 
 impl Row {
-    /// An empty row for slices of `columns` columns, with room for `capacity` runs.
+    /// An empty row with room for `capacity` runs. Where texels are cut more finely than there is room, the last of their
+    /// pieces are one: a row keeps to its room, but for two runs a texel column, which it always has.
     pub fn clear(&mut self, capacity: usize) {
+        self.count = 0;
+        self.make_room(capacity);
+        self.lit[0] = NONE;
+    }
+
+    /// Room for further runs, and for what is known of as many texel columns.
+    #[inline(always)]
+    pub(crate) fn make_room(&mut self, further: usize) {
         // Two cells a texel column, and every batch writes before it knows how much of it is kept.
-        let room = capacity + 2 * LANES + 4;
+        let room = self.count + further + 2 * LANES + 4;
         if self.starts.len() < room {
             self.starts.resize(room, 0.0);
             self.lit.resize(room + 1, NONE);
             // A line is no longer than the row has runs.
             self.certain.resize(room / TILE_SIDE + 2 * TILE_SIDE, UNSURE);
         }
-        self.count = 0;
-        self.lit[0] = NONE;
     }
 
     /// Appends light rays from γ on that `lit` columns see.

@@ -13,8 +13,7 @@ fn image<I: SliceIntegrator>(case: SliceCase, integrator: I) -> ScatterImage {
     let settings = uniform(1.0).slices();
     case.frame().with(|frame| {
         let mut out = ScatterImage::new();
-        let stats = SliceDriver::new(integrator).render(frame, &settings, &mut out);
-        assert!(stats.counts.get("queries").is_some_and(|count| count > 0), "the slices were integrated");
+        SliceDriver::new(integrator).render(frame, &settings, &mut out);
         out
     })
 }
@@ -40,7 +39,7 @@ proptest! {
                 let whole = light.interval(0.0, frame.ray_end(x, y)).to_array();
                 for channel in 0..3 {
                     let off = f64::from((a[channel] - b[channel]).abs());
-                    prop_assert!(off <= most * whole[channel] + 1e-30, "pixel {x} {y}: {a:?} {b:?} of {whole:?}");
+                    prop_assert!(off <= most * whole[channel] + 1e-30, "{case:?} {x} {y}: {a:?} {b:?} of {whole:?}");
                 }
             }
             Ok(())

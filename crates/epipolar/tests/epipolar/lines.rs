@@ -20,7 +20,12 @@ fn each_line(case: SliceCase, mut check: impl FnMut(&Frame<'_>, &SliceView<'_>, 
                 continue;
             };
             let slice = slice.up_to(if slice.light.lamp_distance().is_some() { 2.0 } else { 20.0 });
-            slice.for_each_line(|layer, line| check(frame, &slice, column, layer, &line));
+            slice.for_each_line(|layer, line| {
+                // In a map of one column both strides are 1, and nothing tells its axes apart.
+                if frame.shadow().layer(layer).is_some_and(|map| map.projection().size()[0] > 1) {
+                    check(frame, &slice, column, layer, &line);
+                }
+            });
         }
     });
 }

@@ -110,6 +110,7 @@ impl SliceIntegrator for RecomposedSlices {
     }
 
     fn reserve(&self, room: &SliceRoom<'_>, scratch: &mut Scratch) {
+        scratch.row.clear(room.runs);
         scratch.flat.rebuild(simd_level(), room.frame.shadow());
         for layer in 0..room.frame.shadow().layers().count() {
             scratch.flat.layer_mut(layer).iter_mut().for_each(|[nearest, farthest]| *farthest = *nearest);
