@@ -32,18 +32,18 @@ pub struct Options {
     /// 1 shifts a shadow's edge by up to half a column. Less within 64 columns of a slice's ends.
     pub uncut_columns: f32,
     /// How lit runs are summed; `None` takes the fastest for each slice.
-    pub integrator: Option<SumAlgorithm>,
+    pub sum_algorithm: Option<SumAlgorithm>,
     /// Where the cells of rectified rows lie.
     pub cells: Cells,
     /// What is done around the epipole.
-    pub around: Around,
+    pub near_epipole: NearEpipole,
     /// How pixels get a slice's answers.
     pub resampling: Resampling,
 }
 
 /// What is done around the epipole, where view rays and light rays are nearly parallel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Around {
+pub enum NearEpipole {
     /// More bands of factors, of equal ratios of 1/sin β.
     #[default]
     Bands,
@@ -98,9 +98,9 @@ impl Options {
             factorisation: Factorisation::Chebyshev,
             // Half a column of a thumbnail is much of its picture.
             uncut_columns: if measured { split * scale as f32 } else { 0.0 },
-            integrator: None,
+            sum_algorithm: None,
             cells: Cells::Exact,
-            around: Around::Bands,
+            near_epipole: NearEpipole::Bands,
             resampling: Resampling::Pixels,
         }
     }
@@ -113,17 +113,19 @@ impl Options {
 
     /// How slices are summed.
     pub fn sums(&self) -> BaranSettings {
-        let Self { rank, factor_error, factorisation, uncut_columns, integrator, cells, around, .. } = *self;
-        let ring_sine = match around {
-            Around::Bands => 0.0,
-            Around::Ring => RING_DEGREES.to_radians().sin(),
+        let Self {
+            rank, factor_error, factorisation, uncut_columns, sum_algorithm, cells, near_epipole, ..
+        } = *self;
+        let ring_sine = match near_epipole {
+            NearEpipole::Bands => 0.0,
+            NearEpipole::Ring => RING_DEGREES.to_radians().sin(),
         };
         BaranSettings {
             rank,
             factor_error,
             factorisation,
             uncut_columns,
-            algorithm: integrator,
+            algorithm: sum_algorithm,
             cells,
             ring_sine,
         }

@@ -8,7 +8,7 @@ use scatter_core::{
 use crate::baran::sums::SumAlgorithm;
 use crate::baran::{Cells, Factorisation, MAX_RANK};
 use crate::driver::{MOST_HALVINGS, Resampling};
-use crate::options::{Around, ID, Options};
+use crate::options::{ID, NearEpipole, Options};
 use crate::paper::SampledCells;
 use crate::technique::{CAPABILITIES, Epipolar};
 
@@ -63,14 +63,14 @@ static TABLE: OptionTable<Options> = OptionTable {
             |options, value| options.rank = value.as_number().map(|rank| rank as u32)
         ),
         option_row!("factorisation", "how the integrand is factorised", Factorisation, factorisation),
-        option_row!("integrator", "how lit runs are summed", Option<SumAlgorithm>, integrator),
+        option_row!("integrator", "how lit runs are summed", Option<SumAlgorithm>, sum_algorithm),
         option_row!(
             "cells",
             "where the cells of rectified rows lie, and how many depths each knows",
             Cells,
             cells
         ),
-        option_row!("around", "what is done around the epipole", Around, around),
+        option_row!("around", "what is done around the epipole", NearEpipole, near_epipole),
         option_row!(
             "resampling",
             "whether every pixel asks with its own depth, or rectified results are resampled",
@@ -188,7 +188,7 @@ choices! {
         "direct" Self::Direct;
     Cells: "exact" Self::Exact, "uniform" Self::Sampled(SampledCells::Uniform),
         "modes" Self::Sampled(SampledCells::Modes), "box" Self::Sampled(SampledCells::Box);
-    Around: "bands" Self::Bands, "ring" Self::Ring;
+    NearEpipole: "bands" Self::Bands, "ring" Self::Ring;
     Resampling: "pixels" Self::Pixels, "rectified" Self::Rectified;
 }
 

@@ -165,7 +165,7 @@ mod tests {
                 assert!(b_min < 10.0 || paper < 1.0 / 40.0);
             }
         }
-        // The readings of an independent prototype (notes, B4).
+        // The readings of an independent prototype in double precision.
         assert!((fourth_to_first(2.0, 1.0, 1) * 21.0 - 1.0).abs() < 0.05);
         assert!((fourth_to_first(2.0, 4.0, 1) * 20.0 - 1.0).abs() < 0.05);
         assert!(fourth_to_first(30.0, 4.0, 1) < 1.0 / 1000.0);

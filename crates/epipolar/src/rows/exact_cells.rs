@@ -1,8 +1,30 @@
 //! Rows whose cells end where the line crosses from texel to texel: the map's visibility, exactly.
 //!
-//! A line is walked in stretches of one tile. Where a tile's extrema say that all its light rays end behind the same
-//! view ray, the stretch is one run, and its texels are not read; the others are rectified side by side, four
-//! stretches at a time.
+//! What is computed, texel column by texel column:
+//!
+//! ```text
+//! for each texel column of the line, from the eye on:
+//!     for each texel that the line crosses in it (one, or two with a border between them):
+//!         [t, t'] = where the line enters and leaves the texel
+//!         [n, n'] = view columns that see its surface's light rays at t and t' lit
+//!         push a run of ⌊n⌋ columns from t on
+//!         where the surface passes from one view column to the next between t and t', push the next number
+//! ```
+//!
+//! How it is computed, and why each departure gives the same row:
+//!
+//! 1. **Stretches.** A line is walked in stretches of one tile of 16×16 texels. Where the tile's extrema say that all its
+//!    light rays end behind the same view ray ([`Surface::certain_lanes`]), the stretch is one run and its texels are not read:
+//!    n is monotone in t and in the depth, so its extrema over the tile are those of four corners, and they agree with a
+//!    margin of [`CERTAIN`], more than f32 rounds.
+//! 2. **Batches.** The other stretches are rectified four at a time, a lane a texel column, in loops without a branch.
+//!    Lanes before the line and behind it repeat its ends; they are masked when runs are pushed.
+//! 3. **Changes only.** A bit a lane says whether n differs from the lane before: most lanes continue a run, and
+//!    [`RunWriter::push`] would drop them anyway.
+//! 4. **Middles.** A texel that hides at most `uncut_columns` columns is pushed once, with the middle of n and n': this is
+//!    the one departure that moves edges, by half of that, and with 0 it never happens.
+//! 5. **Pieces.** Where n and n' differ, the borders are solved for from their own numbers ([`RunWriter::split`]), and clamped
+//!    to the texel: rounding cannot put them in another one.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16};

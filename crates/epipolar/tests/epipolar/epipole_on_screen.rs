@@ -1,6 +1,6 @@
 //! The epipole and the anti-epipole on screen: bands of factors leave no ring around them.
 
-use epipolar::{Around, Options};
+use epipolar::{NearEpipole, Options};
 use scatter_core::{Camera, Light, MapProjection, Medium, Phase, Quality, ScatterImage};
 use scatter_testing::{MapKind, OwnedFrame, Recipe};
 
@@ -93,7 +93,7 @@ fn no_ring_is_left_around_the_epipole_and_the_anti_epipole() {
         let count = around.iter().filter(|&&is_around| is_around).count();
         assert!(count > 80, "{count} pixels around it: it is not on screen");
         for (name, options) in options {
-            assert_eq!(options.around, Around::Bands, "{name}");
+            assert_eq!(options.near_epipole, NearEpipole::Bands, "{name}");
             let image = render(&scene, options).0;
             let found = errors(&image, &truth, &around);
             let [near, rest] = found;

@@ -1,12 +1,12 @@
 //! Factors of `e^{−x·y}` for y in a band: the Chebyshev series in y, whose coefficients are scaled Bessel functions.
 //!
-//! With `y = yc + h·z`, `z ∈ [−1, 1]` (notes, section 0.3), and because a factor of y alone is free, about any x₀,
+//! With `y = yc + h·z`, `z ∈ [−1, 1]`, by the generating function of the Bessel functions (Abramowitz and Stegun 9.6.34), and because a factor of y alone is free, about any x₀,
 //!
 //! ```text
 //! e^{x₀·h·z}·e^{−x·y} = e^{−x·yc}·[ I₀((x−x₀)h) + 2·Σ (−1)ᵏ Iₖ((x−x₀)h)·Tₖ(z) ] = Σ Γₖ(x)·Tₖ(z)
 //! ```
 //!
-//! is a sum of products already. The notes have x₀ = 0, which spends its accuracy on short rays; the best x₀ lies where
+//! is a sum of products already. The usual form has x₀ = 0, which spends its accuracy on short rays; the best x₀ lies where
 //! both ends of the ray err alike, and leaves a third (rank 2) to a seventh (rank 4) of the error at no cost.
 //!
 //! The coefficients are taken from the series' own orthogonality, at M Chebyshev points:
@@ -34,7 +34,7 @@
 //! for every y, and its mean over a ray is largest for the shortest ray, where it is t/e at x = 0, or for the longest.
 //! `∫t` needs no series: all terms at z = ±1 have one sign, so it is the integral of `e^{−x·yc + |s|h}` less the terms
 //! that are kept. For x₀ = 0 and an endless ray that is `2·qᴺ/((1 − q)·√(yc² − h²))`, `q = (yc − √(yc² − h²))/h`: the
-//! form of the notes, which is therefore never smaller.
+//! bound of the usual form, which is therefore never smaller.
 //!
 //! Interpolation along the ray replaces e within an interval by its mean, an error without integral; see
 //! [`reading_error`] for its share, which adds to ρ.

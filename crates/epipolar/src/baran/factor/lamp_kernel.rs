@@ -1,7 +1,7 @@
 //! The integrand of a lamp along a view ray, in angles: `A(g, b) = e^{−σL·(C − 1)}·p(b + g)`, and where it is sampled.
 //!
 //! Eye O, lamp P, L = |OP|; b the angle at O between view ray and the way to P, g the angle at P between the way to O
-//! and the light ray. Then (notes, section 0.1) the point lies at `s = L·sin g/sin(b+g)` from the eye and
+//! and the light ray. Then by the law of sines the point lies at `s = L·sin g/sin(b+g)` from the eye and
 //! `d = L·sin b/sin(b+g)` from the lamp, `ds/d² = dg/(L·sin b)`, and
 //!
 //! ```text
