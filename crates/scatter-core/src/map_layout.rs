@@ -4,7 +4,8 @@ use glam::DVec4;
 
 use crate::error::ModelError;
 use crate::kinds::MapKind;
-use crate::shadow_map::{MapProjection, ShadowMap};
+use crate::map_projection::MapProjection;
+use crate::shadow_map::ShadowMap;
 
 /// Most cascades of a directional light. Engines use 3 to 8; the list is held inline, so that a set-up borrows nothing
 /// of the maps and is copied as it is.

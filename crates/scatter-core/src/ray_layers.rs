@@ -13,7 +13,8 @@ use glam::DVec3;
 use crate::camera::ViewRay;
 use crate::kinds::MapKind;
 use crate::map_layout::{MAX_CASCADES, MapLayout};
-use crate::shadow_map::{MapProjection, MapRay, ShadowMap, cube_face_of};
+use crate::map_projection::{MapProjection, MapRay, cube_face_of};
+use crate::shadow_map::ShadowMap;
 use crate::texel_walk::{TexelSpan, TexelWalk};
 
 /// A piece of a view ray and the layer that decides about it.

@@ -11,8 +11,8 @@ use crate::error::ModelError;
 use crate::kinds::MapKind;
 use crate::light::{DirectionalLight, Light};
 use crate::map_layout::MapLayout;
+use crate::map_projection::MapProjection;
 use crate::medium::Medium;
-use crate::shadow_map::MapProjection;
 
 /// Camera, light, medium, range, and where the maps and the coloured glass look. Checked once: a set-up that exists is
 /// sane. Copied as it is; about 2 KB.
