@@ -49,7 +49,7 @@ fn lights() -> Vec<(Light, MapLayout)> {
         (sun.clone(), MapLayout::UNSHADOWED),
         (sun.clone(), layout(MapKind::Orthographic, &[parallel])),
         (sun, layout(MapKind::Cascades, &[parallel; 3])),
-        (lamp.clone(), layout(MapKind::Cube, &faces)),
+        (lamp.clone(), MapLayout::cube(position, 8).unwrap()),
         (lamp, layout(MapKind::Faces, &faces)),
         (spot, layout(MapKind::Perspective, &[cone])),
     ]
