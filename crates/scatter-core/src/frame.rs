@@ -113,8 +113,9 @@ impl<'a> Frame<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map_projection::MapProjection;
     use crate::phase::Phase;
-    use crate::shadow_map::{CubeShadow, MapProjection, ShadowLayer};
+    use crate::shadow_map::{CubeShadow, ShadowLayer};
 
     fn camera() -> Camera {
         Camera::perspective([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], 60.0, [3, 2]).unwrap()

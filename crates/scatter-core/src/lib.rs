@@ -8,6 +8,7 @@
 mod camera;
 mod depth_map;
 mod light;
+mod map_projection;
 mod medium;
 mod phase;
 mod shadow_map;
@@ -65,6 +66,7 @@ pub use lamp_interval_f32::LampIntegralF32;
 pub use light::{DirectionalLight, Light, LightTexture, PointLight, SpotLight};
 pub use light_integral_f32::LightIntegralF32;
 pub use map_layout::{MAX_CASCADES, MapLayout};
+pub use map_projection::{MapProjection, MapRay, cube_face_of};
 pub use map_source::{MapError, MapSource};
 pub use medium::{Medium, Scattering};
 pub use option_table::{
@@ -80,7 +82,7 @@ pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
 pub use scatter_image::ScatterImage;
 pub use scene_facts::SceneFacts;
 pub use setup::Setup;
-pub use shadow_map::{CubeShadow, MapProjection, MapRay, ShadowLayer, ShadowMap, cube_face_of};
+pub use shadow_map::{CubeShadow, ShadowLayer, ShadowMap};
 pub use simd::{Level, simd_level};
 pub use sun_integral_f32::{SunIntegralF32, transmittances_f32};
 pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};

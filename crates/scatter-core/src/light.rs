@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::error::{
     ModelError, checked, checked_direction, checked_len, checked_point, checked_rgb, checked_size,
 };
-use crate::shadow_map::MapProjection;
+use crate::map_projection::MapProjection;
 use crate::texel_walk::TexelWalk;
 
 /// The light of one pass; several lights are several passes whose images add up.

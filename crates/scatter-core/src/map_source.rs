@@ -2,7 +2,7 @@
 
 use crate::camera::Camera;
 use crate::error::ModelError;
-use crate::shadow_map::MapProjection;
+use crate::map_projection::MapProjection;
 
 /// Makes depth and shadow maps of one scene, with the model's conventions (MODEL.md), texel for texel: for the frame
 /// itself, and for techniques that want a map of their own.

@@ -13,7 +13,8 @@ use glam::DVec3;
 use crate::camera::ViewRay;
 use crate::kinds::MapKind;
 use crate::map_layout::{MAX_CASCADES, MapLayout};
-use crate::shadow_map::{MapProjection, MapRay, ShadowMap, cube_face_of};
+use crate::map_projection::{MapProjection, MapRay, cube_face_of};
+use crate::shadow_map::ShadowMap;
 use crate::texel_walk::{TexelSpan, TexelWalk};
 
 /// A piece of a view ray and the layer that decides about it.
@@ -219,8 +220,8 @@ mod tests {
     #[test]
     fn a_ray_past_a_lamp_sees_the_faces_of_the_largest_component() {
         let faces: Vec<_> = (0..6).map(|face| MapProjection::cube_face([0.0; 3], face, 4).unwrap()).collect();
-        for kind in [MapKind::Cube, MapKind::Faces] {
-            let maps = MapLayout::new(kind, &faces).unwrap();
+        let faces = MapLayout::new(MapKind::Faces, &faces).unwrap();
+        for maps in [MapLayout::cube([0.0; 3], 4).unwrap(), faces] {
             let ray = ViewRay { origin: DVec3::new(-5.0, 1.0, 0.5), direction: DVec3::X };
             // −X until x = −1, then +Y until x = 1, then +X.
             let expected = [(Some(1), 0.0, 4.0), (Some(2), 4.0, 6.0), (Some(0), 6.0, f64::INFINITY)];

@@ -11,8 +11,8 @@ use crate::error::ModelError;
 use crate::kinds::MapKind;
 use crate::light::{DirectionalLight, Light};
 use crate::map_layout::MapLayout;
+use crate::map_projection::MapProjection;
 use crate::medium::Medium;
-use crate::shadow_map::MapProjection;
 
 /// Camera, light, medium, range, and where the maps and the coloured glass look. Checked once: a set-up that exists is
 /// sane. Copied as it is; about 2 KB.
@@ -294,6 +294,11 @@ mod tests {
         faces[2] = cone(LAMP, [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         assert_eq!(said(&faces), "");
         assert!(said(&faces[..5]).contains("six projections"));
+        // A cube's faces are no choice, so that nobody reads turned ones by wgpu's order.
+        let cube = |maps: Result<MapLayout, ModelError>| message(&spot(), maps, None);
+        assert_eq!(cube(MapLayout::cube(LAMP, 2)), "");
+        assert!(cube(MapLayout::new(MapKind::Cube, &faces)).contains("MapLayout::cube"));
+        assert!(cube(MapLayout::cube([1.0, 2.0, 3.1], 2)).contains("not at the lamp"));
         faces[2] = cone([1.0, 2.1, 3.0], UP, [0.0, 1.0, 0.0]);
         assert!(said(&faces).contains("not at the lamp"));
         faces[2] = MapProjection::perspective(LAMP, [0.0, 1.0, 0.0], UP, 0.9, 2).unwrap();

@@ -6,9 +6,10 @@
 use glam::DVec3;
 
 use crate::frame::Frame;
+use crate::map_projection::MapRay;
 use crate::ray_layers::lit_stretches;
 use crate::ray_light::RayLight;
-use crate::shadow_map::{MapRay, ShadowLayer, ShadowMap};
+use crate::shadow_map::{ShadowLayer, ShadowMap};
 use crate::texel_walk::{TexelSpan, TexelWalk};
 
 /// In-scattered RGB radiance \[W/(m²·sr)\] of pixel `(x, y)`, with visibility by nearest texel, exactly: f64, 1e-15 of the

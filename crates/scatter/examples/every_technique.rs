@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         [12.0, 12.0],
         [256; 2],
     )?;
-    let window = |n: u32| (n % 256 / 8 + n / 256 / 8) % 4 == 0;
+    let window = |n: u32| (n % 256 / 8 + n / 256 / 8).is_multiple_of(4);
     let texels: Vec<f32> = (0..256 * 256).map(|n| if window(n) { f32::INFINITY } else { 12.0 }).collect();
     let colours: Vec<[f32; 3]> =
         (0..256 * 256).map(|n| if n / 256 % 16 < 8 { [1.0, 0.4, 0.1] } else { [0.2, 0.5, 1.0] }).collect();

@@ -19,8 +19,8 @@ use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
 use scatter_core::{
-    CameraKind, Capabilities, ExtinctionKind, Frame, Light, LightKind, Limits, MAX_CASCADES, MapKind, Medium,
-    PhaseKind, RayLight, RenderError, RenderStats, ScatterImage, StageClock, ViewRay, VolumetricShadow,
+    CameraKind, Capabilities, ExtinctionKind, Frame, LightKind, Limits, MAX_CASCADES, MapKind, PhaseKind,
+    RayLight, RenderError, RenderStats, ScatterImage, SceneFacts, StageClock, ViewRay, VolumetricShadow,
     parallel,
 };
 
@@ -142,27 +142,16 @@ impl VolumetricShadow for RaycastTruth<'_> {
         stats.counts.push("boxes", total(|c| c.boxes));
         stats.counts.push("candidates", total(|c| c.candidates));
         stats.counts.push("intervals", total(|c| c.intervals));
-        for (name, is_modelled) in modelled(frame.light(), frame.medium()) {
-            if is_modelled {
-                stats.modelled.push(name, ());
-            }
-        }
-        if frame.texture().is_some() {
-            stats.modelled.push("light-texture", ());
+        stats.modelled.push("exact-visibility", ());
+        // No map is read.
+        let facts = SceneFacts { casts_shadow: false, ..SceneFacts::of_setup(frame.setup()) };
+        stats.push_modelled(&facts);
+        if facts.light == LightKind::Spot {
+            stats.modelled.push("cone", ());
         }
         stats.memory_bytes = self.memory_bytes() + self.caster.memory_bytes();
         Ok(stats)
     }
-}
-
-fn modelled(light: &Light, medium: &Medium) -> [(&'static str, bool); 5] {
-    [
-        ("exact-visibility", true),
-        ("transmittance", medium.sigma_t() != [0.0; 3]),
-        ("rgb-extinction", !medium.is_grey()),
-        ("phase", medium.components().iter().any(|component| !component.phase.is_isotropic())),
-        ("cone", matches!(light, Light::Spot(_))),
-    ]
 }
 
 /// In-scattered radiance of one ray that ends at `end`.
