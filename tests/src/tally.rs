@@ -99,3 +99,24 @@ pub fn for_all<S: Strategy>(
     print!("{tally}");
     tally.assert_everybody_took_part();
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "refused every frame")]
+    fn who_refuses_every_frame_fails() {
+        for_all(3, Just(()), |(), tally| {
+            tally.count("willing", Ok(ScatterImage::new()));
+            tally.count("idle", Err("on strike".into()));
+            Ok(())
+        });
+    }
+
+    #[test]
+    #[should_panic(expected = "nothing was rendered")]
+    fn a_property_that_asks_nobody_fails() {
+        for_all(3, Just(()), |(), _| Ok(()));
+    }
+}
