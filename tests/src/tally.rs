@@ -80,7 +80,8 @@ impl fmt::Display for Tally {
     }
 }
 
-/// Runs a property on that many values, prints who took part, and fails if somebody refused every frame.
+/// Runs a property on that many values (or on `PROPTEST_CASES`, for a long run), prints who took part, and fails if
+/// somebody refused every frame.
 #[track_caller]
 pub fn for_all<S: Strategy>(
     cases: u32,
@@ -88,16 +89,34 @@ pub fn for_all<S: Strategy>(
     property: impl Fn(S::Value, &Tally) -> Result<(), TestCaseError>,
 ) {
     // Failures shrink for long; the worlds are small enough to read as they are.
-    let config = ProptestConfig {
-        cases,
-        max_shrink_iters: 200,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    };
+    let usual = ProptestConfig::default();
+    let cases = if std::env::var_os("PROPTEST_CASES").is_some() { usual.cases } else { cases };
+    let config = ProptestConfig { cases, max_shrink_iters: 200, failure_persistence: None, ..usual };
     let tally = Tally::default();
     if let Err(error) = TestRunner::new(config).run(&values, |value| property(value, &tally)) {
         panic!("{error}");
     }
     print!("{tally}");
     tally.assert_everybody_took_part();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[should_panic(expected = "refused every frame")]
+    fn who_refuses_every_frame_fails() {
+        for_all(3, Just(()), |(), tally| {
+            tally.count("willing", Ok(ScatterImage::new()));
+            tally.count("idle", Err("on strike".into()));
+            Ok(())
+        });
+    }
+
+    #[test]
+    #[should_panic(expected = "nothing was rendered")]
+    fn a_property_that_asks_nobody_fails() {
+        for_all(3, Just(()), |(), _| Ok(()));
+    }
 }

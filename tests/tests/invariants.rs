@@ -36,6 +36,10 @@ fn order_slack(method: Method) -> f64 {
     }
 }
 
+/// Farther than any point of a world is from its light: eyes and lamps lie within 11 units of the origin, sun's maps
+/// begin 12 units before it, rays are at most 20 long.
+const BEHIND_EVERYTHING: f32 = 1e3;
+
 /// 1. `0 ≤ L ≤` the unoccluded closed form.
 #[test]
 fn radiance_lies_between_darkness_and_the_unoccluded_value() {
@@ -58,12 +62,15 @@ fn radiance_lies_between_darkness_and_the_unoccluded_value() {
 fn full_visibility_gives_the_closed_form_and_none_gives_zero() {
     for_all(64, World::any(6).prop_map(World::without_glass), |world, tally| {
         let (bound, scale) = (world.unoccluded(), world.scale_of_rounding());
-        let lit_world = world.clone().with_shadow(f32::INFINITY);
+        // Without any surface, which techniques see beforehand, and with surfaces behind everything, which they find.
+        let lit_worlds = [f32::INFINITY, BEHIND_EVERYTHING].map(|depth| world.clone().with_shadow(depth));
         let dark_world = world.clone().with_shadow(0.0);
         for method in Method::all_by_maps() {
             let Rounding { lit, scaled, .. } = method.rounding();
-            let Some(image) = method.render(&lit_world, tally) else { continue };
-            tally.expect(method.id(), "all light", &differing(&image, &bound, &scale, lit), 0)?;
+            for lit_world in &lit_worlds {
+                let Some(image) = method.render(lit_world, tally) else { continue };
+                tally.expect(method.id(), "all light", &differing(&image, &bound, &scale, lit), 0)?;
+            }
             // Depth 0 lies before everything in a sun's map and at the lamp itself in the others. The sun's map
             // starts before the world; what lies outside of it is lit by definition, so the world stays inside.
             if world.max_distance < 4.0 || !matches!(world.light, WorldLight::Sun(_)) {

@@ -2,16 +2,17 @@
 //!
 //! Deterministic (a seeded generator), and the count of panics must be zero: a panic prints text of its own.
 
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, UnwindSafe};
+use std::path::Path;
+use std::sync::Once;
+
 use crate::common::{Asset, F32, I16, U8, U16, base64, f32_bytes, glb, shared_folder};
 use scatter_scene::{
     RadianceImage, Scene, SceneError, load_scene, load_shot, read_exr, read_linear_rgb, write_exr, write_png,
 };
 use scatter_testing::Random;
 use serde_json::json;
-use std::cell::Cell;
-use std::panic::{AssertUnwindSafe, UnwindSafe};
-use std::path::Path;
-use std::sync::Once;
 
 /// What JSON and OBJ numbers are replaced by.
 const NUMBERS: [&str; 22] = [
