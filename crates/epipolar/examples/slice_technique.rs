@@ -3,9 +3,7 @@
 //! It takes the lit share of a view ray's length for the lit share of its light: exact in media so thin that transmittance
 //! does not matter, under a sun. `cargo run --release -p epipolar --example slice_technique`
 
-use epipolar::driver::{
-    Refinement, Resampling, SliceDriver, SliceQueries, SliceRoom, SliceSettings, SliceView,
-};
+use epipolar::driver::{SliceDriver, SliceQueries, SliceRoom, SliceSettings, SliceView};
 use epipolar::{SliceIntegrator, rows::Row};
 use scatter_core::*;
 
@@ -67,28 +65,13 @@ impl VolumetricShadow for Thin {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities {
-            lights: &[LightKind::Directional],
-            maps: &[MapKind::Unshadowed, MapKind::Orthographic, MapKind::Cascades],
-            cameras: &[CameraKind::Perspective, CameraKind::OffCentre],
-            extinctions: &[ExtinctionKind::Grey],
-            phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
-            limits: Limits {
-                sun_g: 1.0,
-                cascades: MAX_CASCADES,
-                layer_texels: u32::MAX as u64,
-                ..Limits::NOTHING
-            },
-            ..Capabilities::NOTHING
-        }
+        let maps = &[MapKind::Unshadowed, MapKind::Orthographic, MapKind::Cascades];
+        Capabilities { lights: &[LightKind::Directional], glass: &[], maps, ..epipolar::CAPABILITIES }
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
         self.supports(frame)?;
-        let refinement = Refinement { tolerance: 0.05, floor: 0.01, halvings: 2, walks_rest: false };
-        let (spacing, resampling) = (self.options.spacing, Resampling::Pixels);
-        let settings = SliceSettings { spacing, fewest_slices: 100.0, target: None, refinement, resampling };
-        Ok(self.driver.render(frame, &settings, out))
+        Ok(self.driver.render(frame, &SliceSettings::even(self.options.spacing), out))
     }
 }
 

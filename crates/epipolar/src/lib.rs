@@ -59,5 +59,5 @@ pub use baran::{Baran, DirectIntegrator};
 pub use driver::{SliceDriver, SliceIntegrator};
 pub use options::{ID, NearEpipole, Options};
 pub use paper::SampledCells;
-pub use technique::Epipolar;
+pub use technique::{CAPABILITIES, Epipolar};
 pub use tool::{EpipolarTechnique, TECHNIQUE};

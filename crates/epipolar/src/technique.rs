@@ -9,8 +9,9 @@ use crate::baran::{Baran, MOST_LAMP_G};
 use crate::driver::SliceDriver;
 use crate::options::{ID, Options};
 
-/// View rays that meet in an eye: no orthographic camera. Texel indices are u32.
-pub(crate) const CAPABILITIES: Capabilities = Capabilities {
+/// What any technique on this crate's slices can be offered: view rays that meet in an eye, so no orthographic camera; texel
+/// indices are u32. [`Epipolar`] renders all of it.
+pub const CAPABILITIES: Capabilities = Capabilities {
     lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
     glass: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
     maps: &[

@@ -42,43 +42,51 @@ impl SliceIntegrator for DirectIntegrator {
     }
 
     fn integrate(&self, slice: &SliceView<'_>, queries: &mut SliceQueries, scratch: &mut DirectScratch) {
-        let frame = slice.frame();
         let DirectScratch { row, textured } = scratch;
         slice.rectify(0.0, row);
-        let (starts, lit, colours) = match frame.texture() {
-            None => (row.starts(), row.lit(), None),
+        match slice.frame().texture() {
+            None => sum_directly(slice, (row.starts(), row.lit()), None, queries),
             Some(texture) => {
                 textured.fill(row, slice.texture_line(texture).as_ref(), texture);
-                (textured.starts(), textured.lit(), Some(&*textured))
+                sum_directly(slice, (textured.starts(), textured.lit()), Some(textured), queries);
             }
-        };
-        let open = queries.open(0..queries.len());
-        let mut shares = open.shares;
-        for (query, (&column, &end)) in open.columns.iter().zip(open.ends).enumerate() {
-            let first = slice.order.columns[0];
-            let rank = slice.order.rank(first + column);
-            let ray = slice.view_ray(first + column);
-            let light = RayLight::new(frame.light(), frame.medium(), slice.camera().eye(), &ray);
-            let (sine, cosine) = (slice.sines()[column as usize], slice.cosines()[column as usize]);
-            // Where the view ray meets a light ray, no farther than it reaches.
-            let meets = |gamma: f32| {
-                slice.light.distance(gamma.into(), sine.into(), cosine.into()).clamp(0.0, end.into())
-            };
-            let mut sum = [0.0f64; 3];
-            for run in (0..lit.len()).filter(|&run| lit[run] > rank) {
-                let (a, b) = (meets(starts[run]), meets(starts[run + 1]));
-                let light = if b > a { light.interval(a, b).to_array() } else { continue };
-                for (channel, sum) in sum.iter_mut().enumerate() {
-                    let colour = colours.map_or(1.0, |textured| textured.colour(channel)[run]);
-                    *sum += f64::from(colour) * light[channel];
-                }
+        }
+    }
+}
+
+/// Writes the share of its unoccluded light that every query's view ray has in the lit ones of a slice's runs, each in closed
+/// form, f64. `runs` are the light rays at which they start, and how many columns, counted from the light, see them lit.
+/// O(queries · runs).
+pub fn sum_directly(
+    slice: &SliceView<'_>,
+    (starts, lit): (&[f32], &[u32]),
+    colours: Option<&TexturedRow>,
+    queries: &mut SliceQueries,
+) {
+    let frame = slice.frame();
+    let open = queries.open(0..queries.len());
+    let mut shares = open.shares;
+    for (query, (&column, &end)) in open.columns.iter().zip(open.ends).enumerate() {
+        let (index, column) = (column as usize, slice.order.columns[0] + column);
+        let (ray, rank) = (slice.view_ray(column), slice.order.rank(column));
+        let light = RayLight::new(frame.light(), frame.medium(), slice.camera().eye(), &ray);
+        let (sine, cosine) = (f64::from(slice.sines()[index]), f64::from(slice.cosines()[index]));
+        // Where the view ray meets a light ray, no farther than it reaches.
+        let meets = |gamma: f32| slice.light.distance(gamma.into(), sine, cosine).clamp(0.0, end.into());
+        let mut sum = [0.0f64; 3];
+        for run in (0..lit.len()).filter(|&run| lit[run] > rank) {
+            let (a, b) = (meets(starts[run]), meets(starts[run + 1]));
+            let light = if b > a { light.interval(a, b).to_array() } else { continue };
+            for (channel, sum) in sum.iter_mut().enumerate() {
+                let colour = colours.map_or(1.0, |textured| textured.colour(channel)[run]);
+                *sum += f64::from(colour) * light[channel];
             }
-            let whole = light.interval(0.0, end.into()).to_array();
-            for (channel, shares) in shares.iter_mut().enumerate().filter(|(_, shares)| !shares.is_empty()) {
-                // A ray without light has no shadow.
-                let share: f64 = if whole[channel] > 0.0 { sum[channel] / whole[channel] } else { 1.0 };
-                shares[query] = if colours.is_some() { share } else { share.min(1.0) } as f32;
-            }
+        }
+        let whole = light.interval(0.0, end.into()).to_array();
+        for (channel, shares) in shares.iter_mut().enumerate().filter(|(_, shares)| !shares.is_empty()) {
+            // A ray without light has no shadow.
+            let share = if whole[channel] > 0.0 { sum[channel] / whole[channel] } else { 1.0 };
+            shares[query] = if colours.is_some() { share } else { share.min(1.0) } as f32;
         }
     }
 }

@@ -13,7 +13,7 @@ pub mod sums;
 mod tables;
 
 pub use bands::Bands;
-pub use direct::DirectIntegrator;
+pub use direct::{DirectIntegrator, sum_directly};
 pub use factor::{Factorisation, Factors, LampBands, LampFactors, LampMedium, MAX_RANK};
 pub use integrator::Baran;
 pub use settings::{BaranSettings, Cells, MOST_LAMP_G};

@@ -38,6 +38,14 @@ pub struct SliceSettings {
     pub resampling: Resampling,
 }
 
+impl SliceSettings {
+    /// Slices a given number of pixels apart, none halved: pixels are interpolated between them.
+    pub const fn even(spacing: f64) -> Self {
+        let refinement = Refinement { tolerance: 1.0, floor: 1.0, halvings: 0, walks_rest: false };
+        Self { spacing, fewest_slices: 1.0, target: None, refinement, resampling: Resampling::Pixels }
+    }
+}
+
 /// Renders frames with whatever sums their slices; all buffers are kept from frame to frame.
 ///
 /// The same bits for any number of threads: every pixel is written by the one task that owns its gap. Time: the integrator's
