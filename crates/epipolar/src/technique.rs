@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use scatter_core::{
     CameraKind, Capabilities, ExtinctionKind, Frame, Level, LightKind, Limits, MapKind, PhaseKind,
     RenderError, RenderStats, ScatterImage, SceneFacts, StageClock, VolumetricShadow, Window, at_level,
-    simd_level,
+    parallel, simd_level,
 };
 
 use crate::answer::{Answerer, Manner};
@@ -60,7 +60,7 @@ const TASK: usize = 32;
 #[derive(Debug)]
 pub struct Epipolar {
     options: Options,
-    level: Level,
+    simd: Level,
     slices: SliceSet,
     fan_pixels: Vec<FanPixels>,
     tasks: Vec<(usize, usize)>,
@@ -75,7 +75,7 @@ impl Epipolar {
     pub fn new(options: Options) -> Self {
         Self {
             options,
-            level: simd_level(),
+            simd: simd_level(),
             slices: SliceSet::default(),
             fan_pixels: Vec::new(),
             tasks: Vec::new(),
@@ -109,7 +109,7 @@ impl Epipolar {
         probe: Option<(&Probe, Aim)>,
     ) {
         let Options { integrator, split_over, cells, resampling, refinement, .. } = self.options;
-        let manner = Manner { integrator, split_over, cells, ring: ring as f32, level: self.level };
+        let manner = Manner { integrator, split_over, cells, ring: ring as f32, level: self.simd };
         let pass = SlicePass {
             frame,
             answerer: Answerer::new(frame, epipole, &self.integrand, &self.extrema, manner, channels),
@@ -118,13 +118,13 @@ impl Epipolar {
             refinement,
             resampling,
             probe,
-            level: self.level,
+            level: self.simd,
         };
         let fans = &self.slices.fans;
         let stride = stride(self.slices.slices.len());
         let next = AtomicUsize::new(0);
         let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
-        for_each_worker(&mut self.workers, |scratch| {
+        parallel::for_each_worker(&mut self.workers, |scratch| {
             while let Some(&(fan, first)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
                 let end = (first + TASK).min(fans[fan].count - 1);
                 if probe.is_some() {
@@ -195,7 +195,7 @@ impl VolumetricShadow for Epipolar {
         self.integrand.rebuild(frame, bands, facts.longest_ray, precision);
         let channels = if frame.texture().is_some() { 3 } else { self.integrand.channels() };
         self.shares.clear(pixel_count, channels);
-        self.workers.resize_with(worker_count(), Worker::default);
+        self.workers.resize_with(parallel::worker_count(), Worker::default);
         let sides = frame.shadow().layers().flat_map(|layer| layer.projection().size());
         let side = sides.max().unwrap_or(0) as usize;
         for worker in &mut self.workers {
@@ -205,7 +205,7 @@ impl VolumetricShadow for Epipolar {
         // Factors that miss their error by far are not used: every pixel is walked instead.
         let trusted = self.integrand.lamp_error() <= self.options.factor_error.max(WORST_LAMP_ERROR);
         if shadowed && trusted && self.options.cells == Cells::Exact {
-            self.extrema.rebuild(self.level, frame.shadow());
+            self.extrema.rebuild(self.simd, frame.shadow());
         }
         clock.lap(&mut stats, "extrema");
 
@@ -228,13 +228,17 @@ impl VolumetricShadow for Epipolar {
         clock.lap(&mut stats, "slices");
 
         let (inscattered, transmittance) = out.overwritten(frame.size());
-        let resolve = Resolve::new(frame, shadowed.then_some((&self.shares, channels)), self.level);
+        let resolve = Resolve::new(frame, shadowed.then_some((&self.shares, channels)), self.simd);
         let walked = AtomicU64::new(0);
-        let level = self.level;
-        for_each_row(inscattered, transmittance, width as usize, |y, inscattered, transmittance| {
-            let count = at_level!(level, resolve.row(y as u32, inscattered, transmittance));
-            walked.fetch_add(count, Ordering::Relaxed);
-        });
+        let simd = self.simd;
+        parallel::for_each_row_of_both(
+            (inscattered, transmittance),
+            width as usize,
+            |y, inscattered, transmittance| {
+                let count = at_level!(simd, resolve.row(y as u32, inscattered, transmittance));
+                walked.fetch_add(count, Ordering::Relaxed);
+            },
+        );
         clock.lap(&mut stats, "resolve");
         let sum = |count: fn(&Worker) -> u64| self.workers.iter().map(count).sum::<u64>();
         stats.counts.push("slices", sum(|worker| worker.counts().slices));
@@ -249,39 +253,4 @@ impl VolumetricShadow for Epipolar {
         stats.memory_bytes = self.memory_bytes();
         Ok(stats)
     }
-}
-
-fn worker_count() -> usize {
-    #[cfg(feature = "rayon")]
-    return rayon::current_num_threads();
-    #[cfg(not(feature = "rayon"))]
-    1
-}
-
-fn for_each_worker(workers: &mut [Worker], work: impl Fn(&mut Worker) + Sync + Send) {
-    #[cfg(feature = "rayon")]
-    {
-        use rayon::prelude::*;
-        workers.par_iter_mut().with_max_len(1).for_each(work);
-    }
-    #[cfg(not(feature = "rayon"))]
-    workers.iter_mut().for_each(work);
-}
-
-fn for_each_row(
-    a: &mut [[f32; 3]],
-    b: &mut [[f32; 3]],
-    width: usize,
-    work: impl Fn(usize, &mut [[f32; 3]], &mut [[f32; 3]]) + Sync,
-) {
-    #[cfg(feature = "rayon")]
-    {
-        use rayon::prelude::*;
-        a.par_chunks_mut(width)
-            .zip(b.par_chunks_mut(width))
-            .enumerate()
-            .for_each(|(y, (a, b))| work(y, a, b));
-    }
-    #[cfg(not(feature = "rayon"))]
-    a.chunks_mut(width).zip(b.chunks_mut(width)).enumerate().for_each(|(y, (a, b))| work(y, a, b));
 }

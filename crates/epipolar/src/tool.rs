@@ -1,8 +1,8 @@
 //! The integrator as tools see it: its options as a table, its choice for a target, and its ladder of settings.
 
 use scatter_core::{
-    Choice, Configurable, OptionError, OptionRange, OptionRow, OptionTable, OptionValue, Rounding,
-    SceneFacts, Target, TechniqueInfo, VolumetricShadow,
+    Choice, Configurable, OptionError, OptionRange, OptionTable, OptionValue, Rounding, SceneFacts, Target,
+    TechniqueInfo, VolumetricShadow, option_row,
 };
 
 use crate::factor::{Factorisation, MAX_RANK};
@@ -16,97 +16,68 @@ use crate::technique::{CAPABILITIES, Epipolar};
 static TABLE: OptionTable<Options> = OptionTable {
     technique: ID,
     rows: &[
-        OptionRow {
-            key: "spacing",
-            summary: "distance of slices; measured: what the scene needs, found from a sample of gaps",
-            unit: "pixels",
-            range: OptionRange::WordOrReal(&["measured"], [1.0 / 16.0, 16.0]),
-            get: |options| options.aim.map_or(options.spacing.into(), |_| OptionValue::Word("measured")),
-            set: |options, value| match value.as_number() {
+        option_row!(
+            "spacing",
+            "distance of slices; measured: what the scene needs, found from a sample of gaps",
+            "pixels",
+            OptionRange::WordOrReal(&["measured"], [1.0 / 16.0, 16.0]),
+            |options| options.aim.map_or(options.spacing.into(), |_| OptionValue::Word("measured")),
+            |options, value| match value.as_number() {
                 Some(spacing) => (options.aim, options.spacing) = (None, spacing),
                 None => options.aim = options.aim.or(Options::default().aim),
-            },
-        },
-        OptionRow {
-            key: "fewest",
-            summary: "slices a radian, at least, whatever the spacing is set to",
-            unit: "",
-            range: OptionRange::Real([1.0, 1e4]),
-            get: |options| options.fewest_slices.into(),
-            set: |options, value| options.fewest_slices = value.number(),
-        },
-        OptionRow {
-            key: "tolerance",
-            summary: "difference of neighbouring slices, relative to the radiance, that is interpolated over",
-            unit: "",
-            range: OptionRange::Real([0.0, 1.0]),
-            get: |options| options.refinement.tolerance.into(),
-            set: |options, value| options.refinement.tolerance = value.number() as f32,
-        },
-        OptionRow {
-            key: "halvings",
-            summary: "how often the gap between slices that differ is halved",
-            unit: "",
-            range: OptionRange::Whole([0, MOST_HALVINGS as u64]),
-            get: |options| options.refinement.halvings.into(),
-            set: |options, value| options.refinement.halvings = value.number() as u32,
-        },
-        OptionRow {
-            key: "split",
-            summary: "columns that one texel may hide before the light rays behind it are told apart",
-            unit: "columns",
-            range: OptionRange::Real([0.0, 16.0]),
-            get: |options| options.split_over.into(),
-            set: |options, value| options.split_over = value.number() as f32,
-        },
-        OptionRow {
-            key: "rank",
-            summary: "terms of the factorisation",
-            unit: "",
-            range: OptionRange::WordOrWhole(&["auto"], [1, MAX_RANK as u64]),
-            get: |options| options.rank.map_or(OptionValue::Word("auto"), OptionValue::from),
-            set: |options, value| options.rank = value.as_number().map(|rank| rank as u32),
-        },
-        OptionRow {
-            key: "factorisation",
-            summary: "how the integrand is factorised",
-            unit: "",
-            range: OptionRange::choice::<Factorisation>(),
-            get: |options| options.factorisation.into(),
-            set: |options, value| options.factorisation = value.choice(),
-        },
-        OptionRow {
-            key: "integrator",
-            summary: "how lit runs are summed",
-            unit: "",
-            range: OptionRange::choice::<Option<Integrator>>(),
-            get: |options| options.integrator.into(),
-            set: |options, value| options.integrator = value.choice(),
-        },
-        OptionRow {
-            key: "cells",
-            summary: "where the cells of rectified rows lie, and how many depths each knows",
-            unit: "",
-            range: OptionRange::choice::<Cells>(),
-            get: |options| options.cells.into(),
-            set: |options, value| options.cells = value.choice(),
-        },
-        OptionRow {
-            key: "around",
-            summary: "what is done around the epipole",
-            unit: "",
-            range: OptionRange::choice::<Around>(),
-            get: |options| options.around.into(),
-            set: |options, value| options.around = value.choice(),
-        },
-        OptionRow {
-            key: "resampling",
-            summary: "whether every pixel asks with its own depth, or rectified results are resampled",
-            unit: "",
-            range: OptionRange::choice::<Resampling>(),
-            get: |options| options.resampling.into(),
-            set: |options, value| options.resampling = value.choice(),
-        },
+            }
+        ),
+        option_row!(
+            "fewest",
+            "slices a radian, at least, whatever the spacing is set to",
+            "",
+            OptionRange::Real([1.0, 1e4]),
+            fewest_slices as f64
+        ),
+        option_row!(
+            "tolerance",
+            "difference of neighbouring slices, relative to the radiance, that is interpolated over",
+            "",
+            OptionRange::Real([0.0, 1.0]),
+            refinement.tolerance as f32
+        ),
+        option_row!(
+            "halvings",
+            "how often the gap between slices that differ is halved",
+            "",
+            OptionRange::Whole([0, MOST_HALVINGS as u64]),
+            refinement.halvings as u32
+        ),
+        option_row!(
+            "split",
+            "columns that one texel may hide before the light rays behind it are told apart",
+            "columns",
+            OptionRange::Real([0.0, 16.0]),
+            split_over as f32
+        ),
+        option_row!(
+            "rank",
+            "terms of the factorisation",
+            "",
+            OptionRange::WordOrWhole(&["auto"], [1, MAX_RANK as u64]),
+            |options| options.rank.map_or(OptionValue::Word("auto"), OptionValue::from),
+            |options, value| options.rank = value.as_number().map(|rank| rank as u32)
+        ),
+        option_row!("factorisation", "how the integrand is factorised", Factorisation, factorisation),
+        option_row!("integrator", "how lit runs are summed", Option<Integrator>, integrator),
+        option_row!(
+            "cells",
+            "where the cells of rectified rows lie, and how many depths each knows",
+            Cells,
+            cells
+        ),
+        option_row!("around", "what is done around the epipole", Around, around),
+        option_row!(
+            "resampling",
+            "whether every pixel asks with its own depth, or rectified results are resampled",
+            Resampling,
+            resampling
+        ),
     ],
 };
 

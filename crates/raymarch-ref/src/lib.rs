@@ -5,7 +5,6 @@
 
 mod map_segments;
 mod march;
-mod parallel;
 mod walk;
 
 use scatter_core::{

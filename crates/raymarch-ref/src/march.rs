@@ -19,10 +19,9 @@ mod sun_packet;
 
 use scatter_core::{
     Capabilities, Frame, Level, Limits, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts,
-    ShadowMap, StageClock, VolumetricShadow, at_level, simd_level,
+    ShadowMap, StageClock, VolumetricShadow, at_level, parallel, simd_level,
 };
 
-use crate::parallel;
 use lamp_packet::PhaseTerm;
 use lookups::MapLanes;
 pub use options::{Distribution, MOST_STEPS, Options, RayMarchTechnique, TECHNIQUE};

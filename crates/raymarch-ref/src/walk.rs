@@ -10,11 +10,10 @@ mod texel_walk;
 use glam::DVec3;
 use scatter_core::{
     Capabilities, Frame, LightTexture, RayLight, RenderError, RenderStats, ScatterImage, SceneFacts,
-    StageClock, ViewRay, VolumetricShadow,
+    StageClock, ViewRay, VolumetricShadow, parallel,
 };
 
 use crate::map_segments::{inside, visit_segments};
-use crate::parallel;
 use map_path::MapPath;
 use min_max_tree::MinMaxTrees;
 use texel_walk::{LitParts, walk_layer};

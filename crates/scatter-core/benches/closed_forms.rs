@@ -64,11 +64,11 @@ fn lamp(c: &mut Criterion) {
             let exact = RayLight::new(&light, &medium, DVec3::ZERO, &ray);
             let fast = LampIntegralF32::new(&light, &medium, DVec3::ZERO).expect("a lamp");
             let rays = RayLanes::from_fn(|_| ray);
-            let level = simd_level();
+            let simd = simd_level();
             let sum_fast = |intervals: &[(f32, f32)]| -> f32 {
                 let sums = intervals.as_chunks::<{ RayLanes::COUNT }>().0.iter().map(|chunk| {
                     let [a, b] = [chunk.map(|interval| interval.0), chunk.map(|interval| interval.1)];
-                    fast.intervals(level, &rays, &a, &b)[0].iter().sum::<f32>()
+                    fast.intervals(simd, &rays, &a, &b)[0].iter().sum::<f32>()
                 });
                 sums.sum()
             };
@@ -96,7 +96,7 @@ fn lamp_pixels(c: &mut Criterion) {
         ("spot", Light::spot(position, [-0.3, -1.0, 0.1], [1.0; 3], 24.0, 30.0, 0.0)),
     ];
     let end = |x: u32, y: u32| 6.0 + 0.05 * (x as f32) + 0.03 * (y as f32);
-    let level = simd_level();
+    let simd = simd_level();
     let mut group = c.benchmark_group("lamp_pixels");
     group.throughput(Throughput::Elements(u64::from(SIZE[0] * SIZE[1])));
     for (kind, light) in lights {
@@ -111,7 +111,7 @@ fn lamp_pixels(c: &mut Criterion) {
             let fast = LampIntegralF32::new(&light, &medium, DVec3::ZERO).expect("a lamp");
             let sixteen = |x: u32, y: u32| {
                 let ends = std::array::from_fn(|lane| end(x + lane as u32, y));
-                fast.intervals(level, &RayLanes::of_pixels(&camera, x, y), &[0.0; RayLanes::COUNT], &ends)
+                fast.intervals(simd, &RayLanes::of_pixels(&camera, x, y), &[0.0; RayLanes::COUNT], &ends)
             };
             let exact = RayLight::new(&light, &medium, DVec3::ZERO, &camera.pixel_ray(30, 45));
             let exact = exact.interval(0.0, end(30, 45).into()).x;

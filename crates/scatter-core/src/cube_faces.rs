@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::shadow_map::MapProjection;
+use crate::map_projection::MapProjection;
 
 /// How far beside an edge the others are asked \[tangent of the face\]. Faces made of f32 matrices leave gaps of 1e-7;
 /// a gap of less than this lets through 1e-5 of a lamp's light at most, far less than a texel's width (5e-4 at 4096²).

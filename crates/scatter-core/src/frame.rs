@@ -5,34 +5,19 @@ use crate::depth_map::DepthMap;
 use crate::error::ModelError;
 use crate::light::{Light, LightTexture};
 use crate::map_layout::MapLayout;
+use crate::map_source::MapSource;
 use crate::medium::Medium;
-use crate::render_error::RenderError;
 use crate::setup::Setup;
 use crate::shadow_map::ShadowMap;
 
 /// Camera, depth, light with its shadows, medium: all that a technique reads. A [`Setup`] with its texels.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
-    setup: Setup<'a>,
-    depth: DepthMap<'a>,
-    shadow: &'a ShadowMap<'a>,
-    texture: Option<&'a LightTexture<'a>>,
-    shadow_source: Option<&'a dyn ShadowMapSource>,
-}
-
-/// Renders shadow maps of the frame's scene on request, for techniques that want a map of their own.
-pub trait ShadowMapSource: Sync {
-    /// Fills `out`, `[row][column]` with row 0 on top, with the depth `z/w` of the first surface (the smallest) seen
-    /// through the column-major `clip_from_world`, x right, y up, `size = [width, height]`; `+∞` for no surface.
-    ///
-    /// Surfaces before the near plane (`z < 0`) count, clamped to 0; what is behind the projection's centre
-    /// (`w ≤ 0`) and beyond `z = w` does not.
-    fn render(
-        &self,
-        clip_from_world: [[f64; 4]; 4],
-        size: [u32; 2],
-        out: &mut [f32],
-    ) -> Result<(), RenderError>;
+    pub(crate) setup: Setup<'a>,
+    pub(crate) depth: DepthMap<'a>,
+    pub(crate) shadow: &'a ShadowMap<'a>,
+    pub(crate) texture: Option<&'a LightTexture<'a>>,
+    pub(crate) map_source: Option<&'a dyn MapSource>,
 }
 
 impl<'a> Frame<'a> {
@@ -55,7 +40,7 @@ impl<'a> Frame<'a> {
             )));
         }
         let setup = Setup::new(camera, light, MapLayout::of(shadow)?, medium, max_distance)?;
-        Ok(Self { setup, depth, shadow, texture: None, shadow_source: None })
+        Ok(Self { setup, depth, shadow, texture: None, map_source: None })
     }
 
     /// The same frame with coloured glass in front of its light. Errors as those of [`Setup::with_texture`].
@@ -64,9 +49,9 @@ impl<'a> Frame<'a> {
         Ok(Self { setup, texture: Some(texture), ..self })
     }
 
-    /// The same frame with a source of further shadow maps.
-    pub fn with_shadow_source(self, source: &'a dyn ShadowMapSource) -> Self {
-        Self { shadow_source: Some(source), ..self }
+    /// The same frame with a source of further maps of its scene.
+    pub fn with_map_source(self, source: &'a dyn MapSource) -> Self {
+        Self { map_source: Some(source), ..self }
     }
 
     /// The frame without its texels.
@@ -109,9 +94,9 @@ impl<'a> Frame<'a> {
         self.setup.max_distance
     }
 
-    /// A source of further shadow maps, where the caller has one.
-    pub fn shadow_source(&self) -> Option<&'a dyn ShadowMapSource> {
-        self.shadow_source
+    /// A source of further maps of the scene, where the caller has one.
+    pub fn map_source(&self) -> Option<&'a dyn MapSource> {
+        self.map_source
     }
 
     /// Where the ray of pixel `(x, y)` ends: its surface, or `max_distance` if that is nearer.
@@ -128,8 +113,9 @@ impl<'a> Frame<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map_projection::MapProjection;
     use crate::phase::Phase;
-    use crate::shadow_map::{CubeShadow, MapProjection, ShadowLayer};
+    use crate::shadow_map::{CubeShadow, ShadowLayer};
 
     fn camera() -> Camera {
         Camera::perspective([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], 60.0, [3, 2]).unwrap()

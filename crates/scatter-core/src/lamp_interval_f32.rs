@@ -122,12 +122,12 @@ impl<'a> LampIntegralF32<'a> {
     /// they pass at 1e-3 of it. A cone doubles or trebles that. The longest of the sixteen counts.
     pub fn intervals(
         &self,
-        level: Level,
+        simd: Level,
         rays: &RayLanes,
         a: &[f32; LANES],
         b: &[f32; LANES],
     ) -> [[f32; LANES]; 3] {
-        at_level!(level, simd => self.intervals_on(simd, rays, a, b))
+        at_level!(simd, vectors => self.intervals_on(vectors, rays, a, b))
     }
 
     #[inline(always)]

@@ -8,6 +8,7 @@
 mod camera;
 mod depth_map;
 mod light;
+mod map_projection;
 mod medium;
 mod phase;
 mod shadow_map;
@@ -16,6 +17,7 @@ mod texel_walk;
 mod cube_faces;
 mod kinds;
 mod map_layout;
+mod map_source;
 mod setup;
 
 mod frame;
@@ -26,12 +28,16 @@ mod capabilities;
 mod lamp_interval;
 mod lamp_interval_f32;
 mod lamp_panels;
+mod light_integral_f32;
 mod ray_light;
+mod sun_integral_f32;
 mod sun_interval;
 
-mod march;
+pub mod parallel;
 mod ray_lanes;
+mod ray_layers;
 mod simd;
+mod walked_radiance;
 
 mod option_table;
 mod quality;
@@ -53,13 +59,15 @@ pub use depth_map::{DepthEncoding, DepthMap};
 pub use error::ModelError;
 #[doc(no_inline)]
 pub use fearless_simd;
-pub use frame::{Frame, ShadowMapSource};
+pub use frame::Frame;
 pub use kinds::{CameraKind, ExtinctionKind, Kind, LightKind, MapKind, PhaseKind};
 pub use lamp_interval::{LampIntegral, LampRay, airlight};
 pub use lamp_interval_f32::LampIntegralF32;
 pub use light::{DirectionalLight, Light, LightTexture, PointLight, SpotLight};
+pub use light_integral_f32::LightIntegralF32;
 pub use map_layout::{MAX_CASCADES, MapLayout};
-pub use march::walked_radiance;
+pub use map_projection::{MapProjection, MapRay, cube_face_of};
+pub use map_source::{MapError, MapSource};
 pub use medium::{Medium, Scattering};
 pub use option_table::{
     Choice, NO_OPTIONS, OptionError, OptionInfo, OptionList, OptionRange, OptionRow, OptionTable, OptionValue,
@@ -67,14 +75,17 @@ pub use option_table::{
 pub use phase::{INV_4PI, Phase};
 pub use quality::{Quality, Target};
 pub use ray_lanes::RayLanes;
+pub use ray_layers::{LayerPiece, layer_pieces, lit_stretches};
 pub use ray_light::RayLight;
 pub use render_error::{RenderError, Unsupported};
 pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
 pub use scatter_image::ScatterImage;
 pub use scene_facts::SceneFacts;
 pub use setup::Setup;
-pub use shadow_map::{CubeShadow, MapProjection, MapRay, ShadowLayer, ShadowMap, cube_face_of};
+pub use shadow_map::{CubeShadow, ShadowLayer, ShadowMap};
 pub use simd::{Level, simd_level};
+pub use sun_integral_f32::{SunIntegralF32, transmittances_f32};
 pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
 pub use technique::{Configurable, Rounding, Technique, TechniqueInfo, VolumetricShadow};
 pub use texel_walk::{TexelSpan, TexelWalk};
+pub use walked_radiance::walked_radiance;

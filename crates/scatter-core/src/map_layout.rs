@@ -4,7 +4,8 @@ use glam::DVec4;
 
 use crate::error::ModelError;
 use crate::kinds::MapKind;
-use crate::shadow_map::{MapProjection, ShadowMap};
+use crate::map_projection::MapProjection;
+use crate::shadow_map::ShadowMap;
 
 /// Most cascades of a directional light. Engines use 3 to 8; the list is held inline, so that a set-up borrows nothing
 /// of the maps and is copied as it is.
@@ -37,15 +38,24 @@ impl MapLayout {
         Ok(layout)
     }
 
+    /// Of a cube map that only a GPU has: faces of `size`² texels around `position`, in wgpu's order and orientation.
+    pub fn cube(position: [f64; 3], size: u32) -> Result<Self, ModelError> {
+        let mut layout = Self { kind: MapKind::Cube, ..Self::UNSHADOWED };
+        for face in 0..6 {
+            layout.push(MapProjection::cube_face(position, face, size)?)?;
+        }
+        Ok(layout)
+    }
+
     /// Of maps that only a GPU has. An error if the number of projections is not that of the kind: none, one, six
-    /// or as many as there are cascades (1 to [`MAX_CASCADES`]).
-    ///
-    /// A cube's must be those of [`MapProjection::cube_face`], in its order.
+    /// or as many as there are cascades (1 to [`MAX_CASCADES`]); and for a cube, whose faces are no choice:
+    /// [`Self::cube`].
     pub fn new(kind: MapKind, projections: &[MapProjection]) -> Result<Self, ModelError> {
         let (fits, expected) = match kind {
             MapKind::Unshadowed => (projections.is_empty(), "no projection"),
             MapKind::Orthographic | MapKind::Perspective => (projections.len() == 1, "one projection"),
-            MapKind::Cube | MapKind::Faces => (projections.len() == 6, "six projections"),
+            MapKind::Cube => (false, "its position and size to MapLayout::cube, or the kind Faces"),
+            MapKind::Faces => (projections.len() == 6, "six projections"),
             MapKind::Cascades => (!projections.is_empty(), "at least one projection"),
         };
         if !fits {

@@ -1,7 +1,7 @@
 //! A technique's options, declared once: parsing, errors, defaults, listings and resolved values follow from the table.
 //!
 //! ```
-//! use scatter_core::{Choice, OptionRange, OptionRow, OptionTable};
+//! use scatter_core::{Choice, OptionRange, OptionTable, option_row};
 //!
 //! #[derive(Clone, Copy, PartialEq)]
 //! enum Filter {
@@ -23,22 +23,8 @@
 //! static TABLE: OptionTable<Options> = OptionTable {
 //!     technique: "example",
 //!     rows: &[
-//!         OptionRow {
-//!             key: "samples",
-//!             summary: "samples a ray",
-//!             unit: "",
-//!             range: OptionRange::Whole([1, 64]),
-//!             get: |options| options.samples.into(),
-//!             set: |options, value| options.samples = value.number() as u32,
-//!         },
-//!         OptionRow {
-//!             key: "filter",
-//!             summary: "how samples are weighted",
-//!             unit: "",
-//!             range: OptionRange::choice::<Filter>(),
-//!             get: |options| options.filter.into(),
-//!             set: |options, value| options.filter = value.choice(),
-//!         },
+//!         option_row!("samples", "samples a ray", "", OptionRange::Whole([1, 64]), samples as u32),
+//!         option_row!("filter", "how samples are weighted", Filter, filter),
 //!     ],
 //! };
 //!
@@ -75,6 +61,35 @@ pub struct OptionRow<O> {
     pub get: fn(&O) -> OptionValue,
     /// Sets it; the value is in the range.
     pub set: fn(&mut O, OptionValue),
+}
+
+/// An [`OptionRow`], for a number: key, summary, unit, range, field `as` type; for a [`Choice`]: key, summary, type,
+/// field; for anything else: key, summary, unit, range, get and set as closures.
+#[macro_export]
+macro_rules! option_row {
+    ($key:literal, $summary:literal, $unit:literal, $range:expr, $($field:ident).+ as $number:ty) => {
+        $crate::OptionRow {
+            key: $key,
+            summary: $summary,
+            unit: $unit,
+            range: $range,
+            get: |options| options.$($field).+.into(),
+            set: |options, value| options.$($field).+ = value.number() as $number,
+        }
+    };
+    ($key:literal, $summary:literal, $choice:ty, $($field:ident).+) => {
+        $crate::OptionRow {
+            key: $key,
+            summary: $summary,
+            unit: "",
+            range: $crate::OptionRange::choice::<$choice>(),
+            get: |options| options.$($field).+.into(),
+            set: |options, value| options.$($field).+ = value.choice(),
+        }
+    };
+    ($key:literal, $summary:literal, $unit:literal, $range:expr, $get:expr, $set:expr) => {
+        $crate::OptionRow { key: $key, summary: $summary, unit: $unit, range: $range, get: $get, set: $set }
+    };
 }
 
 /// The values that an option takes.
@@ -194,7 +209,8 @@ impl<O> OptionTable<O> {
     }
 
     fn bad_value(&self, row: &OptionRow<O>, value: String) -> OptionError {
-        let (technique, key, range) = (self.technique, row.key, row.range.to_string());
+        let unit = if row.unit.is_empty() { String::new() } else { format!(" [{}]", row.unit) };
+        let (technique, key, range) = (self.technique, row.key, format!("{}{unit}", row.range));
         OptionError::BadValue { technique, key, value, range }
     }
 }
@@ -356,3 +372,6 @@ impl<T: Choice> From<T> for OptionValue {
         Self::Word(named.map_or("", |(name, _)| name))
     }
 }
+
+#[cfg(test)]
+mod tests;

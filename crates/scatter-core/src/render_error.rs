@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use crate::map_source::MapError;
+
 /// The assumption of a technique that a frame breaks.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("unsupported: {reason}")]
@@ -11,13 +13,13 @@ pub struct Unsupported {
 }
 
 /// Why a render failed. `out` holds nothing of use then.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
     /// The frame breaks an assumption; [`VolumetricShadow::supports`](crate::VolumetricShadow::supports) says so beforehand.
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
     /// A map that was asked for could not be made.
-    #[error("shadow map source: {0}")]
-    Source(String),
+    #[error("map source: {0}")]
+    Map(#[from] MapError),
 }

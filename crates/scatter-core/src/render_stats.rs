@@ -4,13 +4,14 @@
 
 use std::time::Duration;
 
-/// Most entries that a list of [`RenderStats`] holds; further ones are dropped.
+/// Most entries that a list of [`RenderStats`] holds; further ones are counted ([`NamedList::left_out`]).
 pub const STATS_CAPACITY: usize = 12;
 
 /// A short list of named values, in the order in which they were added.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NamedList<T> {
     entries: [Option<(&'static str, T)>; STATS_CAPACITY],
+    left_out: u32,
 }
 
 /// The report of one render.
@@ -28,16 +29,22 @@ pub struct RenderStats {
 
 impl<T: Copy> Default for NamedList<T> {
     fn default() -> Self {
-        Self { entries: [None; STATS_CAPACITY] }
+        Self { entries: [None; STATS_CAPACITY], left_out: 0 }
     }
 }
 
 impl<T: Copy> NamedList<T> {
-    /// Appends a value.
+    /// Appends a value, or counts it as left out if the list is full.
     pub fn push(&mut self, name: &'static str, value: T) {
-        if let Some(free) = self.entries.iter_mut().find(|entry| entry.is_none()) {
-            *free = Some((name, value));
+        match self.entries.iter_mut().find(|entry| entry.is_none()) {
+            Some(free) => *free = Some((name, value)),
+            None => self.left_out += 1,
         }
+    }
+
+    /// How many values did not fit: 0, or the list tells less than what was done.
+    pub fn left_out(&self) -> u32 {
+        self.left_out
     }
 
     /// All entries in order.
@@ -52,6 +59,11 @@ impl<T: Copy> NamedList<T> {
 }
 
 impl RenderStats {
+    /// How many entries did not fit, over all lists.
+    pub fn left_out(&self) -> u32 {
+        self.stages.left_out + self.counts.left_out + self.modelled.left_out
+    }
+
     /// Sum over all stages.
     pub fn total_time(&self) -> Duration {
         self.stages.iter().map(|(_, time)| time).sum()
@@ -103,11 +115,14 @@ mod tests {
     }
 
     #[test]
-    fn a_full_list_drops_what_comes_after() {
+    fn a_full_list_counts_what_comes_after() {
         let mut counts = NamedList::default();
         for value in 0..100u64 {
             counts.push("n", value);
         }
         assert_eq!(counts.iter().count(), STATS_CAPACITY);
+        assert_eq!(counts.left_out() as usize, 100 - STATS_CAPACITY);
+        let stats = RenderStats { counts, ..RenderStats::default() };
+        assert_eq!(stats.left_out() as usize, 100 - STATS_CAPACITY);
     }
 }

@@ -11,8 +11,8 @@ use crate::error::ModelError;
 use crate::kinds::MapKind;
 use crate::light::{DirectionalLight, Light};
 use crate::map_layout::MapLayout;
+use crate::map_projection::MapProjection;
 use crate::medium::Medium;
-use crate::shadow_map::MapProjection;
 
 /// Camera, light, medium, range, and where the maps and the coloured glass look. Checked once: a set-up that exists is
 /// sane. Copied as it is; about 2 KB.
@@ -220,4 +220,100 @@ fn looks_along(projection: &MapProjection, sun: &DirectionalLight) -> bool {
 /// A map's centre against the lamp's: 1e-5 of their distance from the origin allows for f32 matrices.
 fn at_the_lamp(light: &Light, centre: DVec3) -> bool {
     light.position().is_some_and(|position| centre.distance(position) <= 1e-5 * (1.0 + position.length()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::phase::Phase;
+
+    const UP: [f64; 3] = [0.0, 0.0, 1.0];
+    const DOWN: [f64; 3] = [0.0, -1.0, 0.0];
+    const LAMP: [f64; 3] = [1.0, 2.0, 3.0];
+
+    fn sun() -> Light {
+        Light::directional(DOWN, [1.0; 3]).unwrap()
+    }
+
+    fn spot() -> Light {
+        Light::spot(LAMP, DOWN, [1.0; 3], 20.0, 30.0, 0.0).unwrap()
+    }
+
+    fn parallel(forward: [f64; 3]) -> MapProjection {
+        MapProjection::orthographic([0.0; 3], forward, UP, [1.0; 2], [2, 2]).unwrap()
+    }
+
+    fn cone(position: [f64; 3], up: [f64; 3], forward: [f64; 3]) -> MapProjection {
+        MapProjection::perspective(position, forward, up, 1.0, 2).unwrap()
+    }
+
+    /// What is said of a set-up with these maps and this glass; "" if it is accepted.
+    fn message(light: &Light, maps: Result<MapLayout, ModelError>, glass: Option<MapProjection>) -> String {
+        let camera = Camera::perspective([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], 60.0, [3, 2]).unwrap();
+        let medium = Medium::homogeneous([0.1; 3], [0.0; 3], Phase::Isotropic).unwrap();
+        let setup = maps.and_then(|maps| Setup::new(&camera, light, maps, &medium, 10.0));
+        let setup = setup.and_then(|setup| glass.map_or(Ok(setup), |glass| setup.with_texture(glass)));
+        setup.err().map_or(String::new(), |error| error.to_string())
+    }
+
+    #[test]
+    fn glass_that_does_not_fit_its_light_is_refused_with_the_cure() {
+        let glass =
+            |light: &Light, glass: MapProjection| message(light, Ok(MapLayout::UNSHADOWED), Some(glass));
+        assert_eq!(glass(&sun(), parallel(DOWN)), "");
+        assert!(glass(&sun(), cone(LAMP, UP, DOWN)).contains("give its texture a parallel projection"));
+        for forward in [[0.1, -1.0, 0.0], [0.0, 1.0, 0.0], [1e-4, -1.0, 0.0]] {
+            let message = glass(&sun(), parallel(forward));
+            assert!(
+                message.contains("does not look along") && message.contains("light.direction"),
+                "{message}"
+            );
+        }
+        let point = Light::point(LAMP, [1.0; 3], 0.0).unwrap();
+        for lamp in [&spot(), &point] {
+            // Anywhere the lamp shines, not along its axis alone.
+            assert_eq!(glass(lamp, cone(LAMP, UP, [1.0, -1.0, 0.3])), "");
+            assert!(glass(lamp, parallel(DOWN)).contains("perspective projection from light.position"));
+            let message = glass(lamp, cone([1.0, 2.001, 3.0], UP, DOWN));
+            assert!(
+                message.contains("not centred at the lamp") && message.contains("light.position"),
+                "{message}"
+            );
+        }
+        // What f32 matrices round is allowed.
+        assert_eq!(glass(&spot(), cone([1.0, 2.0 + 1e-6, 3.0], UP, DOWN)), "");
+    }
+
+    #[test]
+    fn six_faces_start_at_the_lamp_are_square_and_leave_no_gap() {
+        let mut faces: Vec<_> = (0..6).map(|face| MapProjection::cube_face(LAMP, face, 2).unwrap()).collect();
+        let said = |faces: &[MapProjection]| message(&spot(), MapLayout::new(MapKind::Faces, faces), None);
+        assert_eq!(said(&faces), "");
+        // Mirrored and turned about its axis: another engine's face.
+        let whole = faces[2];
+        faces[2] = cone(LAMP, [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        assert_eq!(said(&faces), "");
+        assert!(said(&faces[..5]).contains("six projections"));
+        // A cube's faces are no choice, so that nobody reads turned ones by wgpu's order.
+        let cube = |maps: Result<MapLayout, ModelError>| message(&spot(), maps, None);
+        assert_eq!(cube(MapLayout::cube(LAMP, 2)), "");
+        assert!(cube(MapLayout::new(MapKind::Cube, &faces)).contains("MapLayout::cube"));
+        assert!(cube(MapLayout::cube([1.0, 2.0, 3.1], 2)).contains("not at the lamp"));
+        faces[2] = cone([1.0, 2.1, 3.0], UP, [0.0, 1.0, 0.0]);
+        assert!(said(&faces).contains("not at the lamp"));
+        faces[2] = MapProjection::perspective(LAMP, [0.0, 1.0, 0.0], UP, 0.9, 2).unwrap();
+        assert!(said(&faces).contains("leave a gap"));
+        faces[2] = parallel(DOWN);
+        assert!(said(&faces).contains("six square perspective faces"));
+        faces[2] = whole;
+        assert!(message(&sun(), MapLayout::new(MapKind::Faces, &faces), None).contains("cascades, or none"));
+    }
+
+    #[test]
+    fn more_cascades_than_a_layout_holds_are_an_error() {
+        let maps = [parallel(DOWN); 17];
+        assert_eq!(message(&sun(), MapLayout::new(MapKind::Cascades, &maps[..16]), None), "");
+        assert!(message(&sun(), MapLayout::new(MapKind::Cascades, &maps), None).contains("at most 16"));
+        assert!(message(&sun(), MapLayout::new(MapKind::Cascades, &[]), None).contains("at least one"));
+    }
 }

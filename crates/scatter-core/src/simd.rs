@@ -8,30 +8,30 @@ pub fn simd_level() -> Level {
     if baseline { Level::baseline() } else { Level::new() }
 }
 
-/// Runs an expression with the instructions of a [`Level`]: AVX-512, AVX2 or the target's baseline. Vectors of the name
-/// before `=>`, if there is one, are of that kind.
+/// Runs an expression with the instructions of a [`Level`](crate::Level): AVX-512, AVX2 or the target's baseline. Vectors of
+/// the name before `=>`, if there is one, are of that kind. Variables of a `Level` are called `simd`: a level is a quality.
 ///
 /// `fearless_simd::dispatch!` without SSE4.2: every CPU that is fast enough has AVX2, the others are served by SSE2, and
 /// a copy less of every loop is a quarter of a crate's build.
 #[macro_export]
 macro_rules! at_level {
-    ($level:expr, $work:expr) => {
-        $crate::at_level!($level, _simd => $work)
+    ($simd:expr, $work:expr) => {
+        $crate::at_level!($simd, _vectors => $work)
     };
-    ($level:expr, $simd:ident => $work:expr) => {{
+    ($simd:expr, $vectors:ident => $work:expr) => {{
         use $crate::fearless_simd::Simd as _;
         #[cfg(target_arch = "x86_64")]
         {
-            if let Some($simd) = $level.as_avx512() {
-                $simd.vectorize(#[inline(always)] || $work)
-            } else if let Some($simd) = $level.as_avx2() {
-                $simd.vectorize(#[inline(always)] || $work)
+            if let Some($vectors) = $simd.as_avx512() {
+                $vectors.vectorize(#[inline(always)] || $work)
+            } else if let Some($vectors) = $simd.as_avx2() {
+                $vectors.vectorize(#[inline(always)] || $work)
             } else {
-                let Some($simd) = $level.as_sse2() else { unreachable!("every x86-64 CPU has SSE2") };
-                $simd.vectorize(#[inline(always)] || $work)
+                let Some($vectors) = $simd.as_sse2() else { unreachable!("every x86-64 CPU has SSE2") };
+                $vectors.vectorize(#[inline(always)] || $work)
             }
         }
         #[cfg(not(target_arch = "x86_64"))]
-        $crate::fearless_simd::dispatch!($level, $simd => $simd.vectorize(#[inline(always)] || $work))
+        $crate::fearless_simd::dispatch!($simd, $vectors => $vectors.vectorize(#[inline(always)] || $work))
     }};
 }

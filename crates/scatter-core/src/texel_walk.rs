@@ -4,7 +4,7 @@
 //! parallel map), never accumulated, so that the error does not grow along the ray (after Amanatides and Woo 1987,
 //! who add up).
 
-use crate::shadow_map::{MapProjection, MapRay};
+use crate::map_projection::{MapProjection, MapRay};
 
 /// A stretch of a ray inside of one texel.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -26,12 +26,14 @@ pub use image_file::{
     write_png,
 };
 pub use load::{MAX_COORDINATE, MAX_POSITIONS, MAX_TRIANGLES, load_scene};
-pub use maps::{MapError, MapSource, ShotMaps};
+pub use maps::ShotMaps;
 #[cfg(feature = "raster")]
 pub use raster::{
     DeviceChoice, DeviceInfo, DeviceKind, RasterDevice, RasterError, RasterOptions, RasterScene,
     raster_devices,
 };
+#[doc(no_inline)]
+pub use scatter_core::{MapError, MapSource};
 pub use scene::{Scene, SceneCamera, SceneLens, SceneLight, SceneLightKind};
 pub use shot::{OwnedTexture, Shot, ShotLight, load_shot};
 pub use truth::RaycastTruth;

@@ -1,50 +1,12 @@
 //! The maps of a shot, made once and lent to frames: depth along the view rays, and the light's shadow maps.
 
 use scatter_core::{
-    Camera, CubeShadow, DepthMap, Light, MAX_CASCADES, MapProjection, ModelError, ShadowLayer, ShadowMap,
+    Camera, CubeShadow, DepthMap, Light, MAX_CASCADES, MapError, MapProjection, MapSource, ModelError,
+    ShadowLayer, ShadowMap,
 };
 
 use crate::caster::SceneCaster;
 use crate::fit::{FittedMap, fit_cascades, fit_map};
-
-/// What makes a scene's maps: ray casts ([`SceneCaster`]), or a raster pass (`RasterScene`, cargo feature `raster`).
-///
-/// All sources have the same conventions, and agree but for a rasteriser's grid.
-pub trait MapSource: Sync {
-    /// Fills `out`, `[y][x]`, with distances along the pixels' rays; resizes it.
-    fn depth_map(&self, camera: &Camera, out: &mut Vec<f32>) -> Result<(), MapError>;
-    /// Fills `out`, `[row][column]`, with a shadow map's depths; resizes it.
-    fn shadow_map(&self, projection: &MapProjection, out: &mut Vec<f32>) -> Result<(), MapError>;
-    /// Fills `out`, `[face][row][column]`, with the six faces around `position`; resizes it.
-    fn cube_map(&self, position: [f64; 3], size: u32, out: &mut Vec<f32>) -> Result<(), MapError>;
-}
-
-/// Why a map could not be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum MapError {
-    /// The camera, the light or a size. Cure: in the message.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// The source itself: a device without memory, say. Cure: in the message.
-    #[error("{0}")]
-    Source(String),
-}
-
-impl MapSource for SceneCaster {
-    fn depth_map(&self, camera: &Camera, out: &mut Vec<f32>) -> Result<(), MapError> {
-        Self::depth_map(self, camera, out);
-        Ok(())
-    }
-
-    fn shadow_map(&self, projection: &MapProjection, out: &mut Vec<f32>) -> Result<(), MapError> {
-        Ok(Self::shadow_map(self, projection, out)?)
-    }
-
-    fn cube_map(&self, position: [f64; 3], size: u32, out: &mut Vec<f32>) -> Result<(), MapError> {
-        Ok(Self::cube_map(self, position, size, out)?)
-    }
-}
 
 /// Depth and shadow texels with their projections; frames borrow them.
 #[derive(Debug, Clone)]
@@ -208,6 +170,6 @@ impl ShotMaps {
 fn of_casts(error: MapError) -> ModelError {
     match error {
         MapError::Model(error) => error,
-        MapError::Source(message) => ModelError::Mismatch(message),
+        error => ModelError::Mismatch(error.to_string()),
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec3, DVec4};
 use scatter_core::{
-    Camera, DepthMap, Frame, Light, MapProjection, Medium, Phase, ShadowMap, ShadowMapSource, cube_face_of,
+    Camera, DepthMap, Frame, Light, MapProjection, MapSource, Medium, Phase, ShadowMap, cube_face_of,
 };
 use scatter_scene::{FittedMap, Scene, SceneCaster, ShotMaps, fit_map};
 use scatter_testing::Random;
@@ -178,8 +178,8 @@ fn a_shadow_map_source_gives_the_depths_of_engine_matrices() {
     for (number, (clip_from_view, depth_of, perspective)) in projections.iter().enumerate() {
         let clip = *clip_from_view * view;
         let size = [31, 17];
-        let mut out = vec![0.0; 31 * 17];
-        caster.render(clip.to_cols_array_2d(), size, &mut out).unwrap();
+        let mut out = Vec::new();
+        caster.clip_map(clip.to_cols_array_2d(), size, &mut out).unwrap();
         let map = MapProjection::from_clip_from_world(clip.to_cols_array_2d(), size).unwrap();
         let mut clamped = 0;
         for (index, &texel) in out.iter().enumerate() {
@@ -202,14 +202,14 @@ fn a_shadow_map_source_gives_the_depths_of_engine_matrices() {
 }
 
 #[test]
-fn a_shadow_map_source_refuses_what_it_cannot_draw() {
+fn a_map_source_refuses_what_it_cannot_draw() {
     let caster = SceneCaster::new(&Scene::default()).unwrap();
     let identity = DMat4::IDENTITY.to_cols_array_2d();
-    assert!(caster.render(identity, [3, 2], &mut [0.0; 5]).unwrap_err().to_string().contains("3x2"));
-    assert!(caster.render([[0.0; 4]; 4], [1, 1], &mut [0.0]).is_err());
-    assert!(caster.render([[f64::NAN; 4]; 4], [1, 1], &mut [0.0]).is_err());
-    let mut out = [0.0; 6];
-    caster.render(identity, [3, 2], &mut out).unwrap();
+    let mut out = vec![0.0; 7];
+    assert!(caster.clip_map(identity, [3, 0], &mut out).unwrap_err().to_string().contains("1x1"));
+    assert!(caster.clip_map([[0.0; 4]; 4], [1, 1], &mut out).unwrap_err().to_string().contains("singular"));
+    assert!(caster.clip_map([[f64::NAN; 4]; 4], [1, 1], &mut out).is_err());
+    caster.clip_map(identity, [3, 2], &mut out).unwrap();
     assert_eq!(out, [f32::INFINITY; 6]);
 }
 

@@ -160,7 +160,7 @@ fn run(
         let (stats, total) = result.map_err(wrong)?;
         run.add(&stats, total);
         if index > 0 {
-            let mismatch = |error: scatter_core::ModelError| wrong(RenderError::Source(error.to_string()));
+            let mismatch = |error: scatter_core::ModelError| wrong(RenderError::Map(error.into()));
             out.add(&pass).map_err(mismatch)?;
         }
     }

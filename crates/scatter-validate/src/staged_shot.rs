@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use scatter_core::{
     Camera, DepthMap, Frame, Light, Medium, ModelError, Projection, RenderError, SceneFacts, ShadowMap,
-    ShadowMapSource, Window,
+    Window,
 };
 use scatter_scene::{
     CasterError, MapError, MapSource, OwnedTexture, RasterDevice, RasterError, RasterScene, SceneCaster,
@@ -218,9 +218,9 @@ impl StagedShot {
         };
         let frame = Frame::new(camera, depth, &part.light, &shadow, &self.medium, self.max_distance)
             .map_err(wrong)?
-            .with_shadow_source(match &self.raster {
+            .with_map_source(match &self.raster {
                 Some(raster) => raster,
-                None => &*self.caster as &dyn ShadowMapSource,
+                None => &*self.caster as &dyn MapSource,
             });
         Ok(match &texture {
             Some(texture) => visit(&frame.with_texture(texture).map_err(wrong)?),

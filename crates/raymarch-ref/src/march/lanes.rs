@@ -114,19 +114,19 @@ mod tests {
 
     /// Applies `f` to sixteen copies of `x` on both paths.
     fn both(x: f32, f: impl Fn(&[f32; LANES], Level) -> [f32; LANES]) -> [f64; 2] {
-        [Level::new(), Level::baseline()].map(|level| f64::from(f(&[x; LANES], level)[7]))
+        [Level::new(), Level::baseline()].map(|simd| f64::from(f(&[x; LANES], simd)[7]))
     }
 
     #[test]
     fn the_exponential_keeps_its_bound() {
         for i in 0..200_000 {
             let x = -87.0 * (i as f32 / 200_000.0);
-            for value in both(x, |x, level| dispatch!(level, s => exp(s, load(s, x)).into())) {
+            for value in both(x, |x, simd| dispatch!(simd, s => exp(s, load(s, x)).into())) {
                 let error = value / f64::from(x).exp() - 1.0;
                 assert!(error.abs() < 3e-7, "{x}: {error:e}");
             }
         }
-        for value in both(f32::NEG_INFINITY, |x, level| dispatch!(level, s => exp(s, load(s, x)).into())) {
+        for value in both(f32::NEG_INFINITY, |x, simd| dispatch!(simd, s => exp(s, load(s, x)).into())) {
             assert_eq!(value, 0.0);
         }
     }
@@ -135,11 +135,11 @@ mod tests {
     fn sine_and_cosine_keep_their_bounds() {
         for i in 0..=100_000 {
             let x = std::f32::consts::FRAC_PI_2 * (i as f32 / 100_000.0);
-            for value in both(x, |x, level| dispatch!(level, s => sin_cos(s, load(s, x)).0.into())) {
+            for value in both(x, |x, simd| dispatch!(simd, s => sin_cos(s, load(s, x)).0.into())) {
                 let exact = f64::from(x).sin();
                 assert!((value - exact).abs() <= 2e-7 * exact, "sin {x}: {value} {exact}");
             }
-            for value in both(x, |x, level| dispatch!(level, s => sin_cos(s, load(s, x)).1.into())) {
+            for value in both(x, |x, simd| dispatch!(simd, s => sin_cos(s, load(s, x)).1.into())) {
                 assert!((value - f64::from(x).cos()).abs() < 2e-7, "cos {x}: {value}");
             }
         }
@@ -153,14 +153,14 @@ mod tests {
                 let (x, y) = ((radius * angle.cos()) as f32, (radius * angle.sin()) as f32);
                 let exact = f64::from(y).atan2(f64::from(x));
                 for value in
-                    both(x, |x, level| dispatch!(level, s => upper_angle(s, splat(s, y), load(s, x)).into()))
+                    both(x, |x, simd| dispatch!(simd, s => upper_angle(s, splat(s, y), load(s, x)).into()))
                 {
                     assert!((value - exact).abs() < 4e-7, "{x} {y}: {value} {exact}");
                 }
             }
         }
         assert_eq!(
-            both(0.0, |x, level| dispatch!(level, s => upper_angle(s, load(s, x), load(s, x)).into())),
+            both(0.0, |x, simd| dispatch!(simd, s => upper_angle(s, load(s, x), load(s, x)).into())),
             [0.0; 2]
         );
     }
@@ -169,9 +169,9 @@ mod tests {
     fn hashed_numbers_fill_the_unit_interval_alike_on_both_paths() {
         let mut mean = 0.0;
         for step in 0..10_000 {
-            let draw = |level| -> [f32; LANES] {
+            let draw = |simd| -> [f32; LANES] {
                 let seeds = std::array::from_fn(|lane| mixed(lane as u32, 5));
-                dispatch!(level, s => hashed(s, <[u32; LANES]>::simd_into(seeds, s), step).into())
+                dispatch!(simd, s => hashed(s, <[u32; LANES]>::simd_into(seeds, s), step).into())
             };
             let numbers = draw(Level::new());
             assert_eq!(numbers, draw(Level::baseline()));

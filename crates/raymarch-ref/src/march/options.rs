@@ -1,8 +1,8 @@
 //! The marcher's options, and the marcher as tools see it.
 
 use scatter_core::{
-    Choice, Configurable, LightKind, OptionError, OptionRange, OptionRow, OptionTable, OptionValue, Quality,
-    Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow,
+    Choice, Configurable, LightKind, OptionError, OptionRange, OptionTable, OptionValue, Quality, Rounding,
+    SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
 use super::RayMarch;
@@ -116,33 +116,19 @@ impl Choice for Distribution {
 static TABLE: OptionTable<Options> = OptionTable {
     technique: super::MARCH_ID,
     rows: &[
-        OptionRow {
-            key: "steps",
-            summary: "steps a ray",
-            unit: "",
-            range: OptionRange::Whole([1, MOST_STEPS as u64]),
-            get: |options| options.steps.into(),
-            set: |options, value| options.steps = value.number() as u32,
-        },
-        OptionRow {
-            key: "jitter",
-            summary: "one sample anywhere in each step instead of in its middle; a number is the seed, on is seed 0",
-            unit: "",
-            range: OptionRange::WordOrWhole(&["off", "on"], [0, u32::MAX as u64]),
-            get: |options| options.jitter.map_or(OptionValue::Word("off"), OptionValue::from),
-            set: |options, value| {
+        option_row!("steps", "steps a ray", "", OptionRange::Whole([1, MOST_STEPS as u64]), steps as u32),
+        option_row!(
+            "jitter",
+            "one sample anywhere in each step instead of in its middle; on is seed 0",
+            "seed",
+            OptionRange::WordOrWhole(&["off", "on"], [0, u32::MAX as u64]),
+            |options| options.jitter.map_or(OptionValue::Word("off"), OptionValue::from),
+            |options, value| {
                 let seed = value.as_number().map(|seed| seed as u32);
                 options.jitter = if value == OptionValue::Word("on") { Some(0) } else { seed };
-            },
-        },
-        OptionRow {
-            key: "distribution",
-            summary: "how rays near a lamp are cut into steps",
-            unit: "",
-            range: OptionRange::choice::<Distribution>(),
-            get: |options| options.distribution.into(),
-            set: |options, value| options.distribution = value.choice(),
-        },
+            }
+        ),
+        option_row!("distribution", "how rays near a lamp are cut into steps", Distribution, distribution),
     ],
 };
 

@@ -5,9 +5,7 @@
 //! blocks of [`FINEST_SIDE`]² texels: below it, reading the texels costs no more than reading their bounds, and a
 //! sixteenth of the map's texels is all that the tree holds besides.
 
-use scatter_core::ShadowMap;
-
-use crate::parallel;
+use scatter_core::{ShadowMap, parallel};
 
 /// `log2` of the finest blocks' side. Smaller: a tree as large as the map; larger: more single texels to walk.
 const FINEST_SHIFT: u32 = 2;

@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec3, DVec4};
 use rayon::prelude::*;
-use scatter_core::{Camera, MapProjection, ModelError, RenderError, ShadowMapSource};
+use scatter_core::{Camera, MapError, MapProjection, MapSource, ModelError};
 
 use super::{RayPlane, SceneCaster};
 
@@ -79,29 +79,28 @@ impl SceneCaster {
     }
 }
 
-impl ShadowMapSource for SceneCaster {
-    fn render(
+impl MapSource for SceneCaster {
+    fn depth_map(&self, camera: &Camera, out: &mut Vec<f32>) -> Result<(), MapError> {
+        Self::depth_map(self, camera, out);
+        Ok(())
+    }
+
+    fn shadow_map(&self, projection: &MapProjection, out: &mut Vec<f32>) -> Result<(), MapError> {
+        Ok(Self::shadow_map(self, projection, out)?)
+    }
+
+    fn cube_map(&self, position: [f64; 3], size: u32, out: &mut Vec<f32>) -> Result<(), MapError> {
+        Ok(Self::cube_map(self, position, size, out)?)
+    }
+
+    fn clip_map(
         &self,
         clip_from_world: [[f64; 4]; 4],
         size: [u32; 2],
-        out: &mut [f32],
-    ) -> Result<(), RenderError> {
-        let source_error = |message: String| Err(RenderError::Source(message));
-        let expected = size[0] as usize * size[1] as usize;
-        if expected == 0 || out.len() != expected {
-            return source_error(format!(
-                "the buffer holds {} texels for a map of {}x{}; give {expected} and at least 1x1",
-                out.len(),
-                size[0],
-                size[1],
-            ));
-        }
-        let Some(lines) = TexelLines::new(&DMat4::from_cols_array_2d(&clip_from_world), size) else {
-            return source_error(
-                "clip_from_world is singular or not finite; give an invertible matrix".into(),
-            );
-        };
-        fill_texels(out, size, |column, row| lines.first_depth(self, column, row));
+        out: &mut Vec<f32>,
+    ) -> Result<(), MapError> {
+        let lines = TexelLines::new(&DMat4::from_cols_array_2d(&clip_from_world), size)?;
+        fill_rows(out, size, |column, row| lines.first_depth(self, column, row));
         Ok(())
     }
 }
@@ -114,14 +113,22 @@ pub(crate) struct TexelLines {
 }
 
 impl TexelLines {
-    /// `None` for a matrix that is singular or not finite.
-    pub(crate) fn new(clip_from_world: &DMat4, size: [u32; 2]) -> Option<Self> {
+    /// An error for a size of 0 and for a matrix that is singular or not finite.
+    pub(crate) fn new(clip_from_world: &DMat4, size: [u32; 2]) -> Result<Self, MapError> {
+        if size.contains(&0) {
+            let field = "map size".to_string();
+            return Err(ModelError::OutOfRange { field, value: 0.0, range: "at least 1x1 texels" }.into());
+        }
         // Rows may differ by many powers of ten (world units against a far plane), so the determinant says little.
         let world_from_clip = clip_from_world.inverse();
         let usable = clip_from_world.is_finite()
             && clip_from_world.determinant() != 0.0
             && world_from_clip.is_finite();
-        usable.then_some(Self { clip_from_world: *clip_from_world, world_from_clip, size })
+        if usable {
+            Ok(Self { clip_from_world: *clip_from_world, world_from_clip, size })
+        } else {
+            Err(MapError::singular_matrix())
+        }
     }
 
     /// The smallest `z/w` of a surface on the texel's line with w > 0 and z ≤ w, at least 0.

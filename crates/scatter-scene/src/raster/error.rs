@@ -88,9 +88,6 @@ pub enum RasterError {
     /// A projection or a size that no map can have.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A matrix or a buffer that was given with a request for a map.
-    #[error("{0}")]
-    Request(String),
 }
 
 /// The cure for a machine without Vulkan, as Debian and Ubuntu have it.

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DMat4;
 use rayon::prelude::*;
-use scatter_core::{Camera, MapProjection, ModelError, RenderError, ShadowMapSource};
+use scatter_core::{Camera, MapError, MapProjection, MapSource, ModelError};
 
 use super::device::RasterDevice;
 use super::doubt::texels_in_doubt;
@@ -15,7 +15,6 @@ use super::pass::{DepthPass, SceneBox};
 use super::pipeline::Pipelines;
 use super::target::Target;
 use crate::caster::{SceneCaster, TexelLines};
-use crate::maps::{MapError, MapSource};
 
 /// A scene's triangles on a device, ready to be drawn from anywhere.
 ///
@@ -159,18 +158,6 @@ impl RasterScene {
     }
 }
 
-impl ShadowMapSource for RasterScene {
-    fn render(
-        &self,
-        clip_from_world: [[f64; 4]; 4],
-        size: [u32; 2],
-        out: &mut [f32],
-    ) -> Result<(), RenderError> {
-        self.render_clip(&DMat4::from_cols_array_2d(&clip_from_world), size, out)
-            .map_err(|error| RenderError::Source(error.to_string()))
-    }
-}
-
 impl MapSource for RasterScene {
     fn depth_map(&self, camera: &Camera, out: &mut Vec<f32>) -> Result<(), MapError> {
         Ok(Self::depth_map(self, camera, out)?)
@@ -182,6 +169,17 @@ impl MapSource for RasterScene {
 
     fn cube_map(&self, position: [f64; 3], size: u32, out: &mut Vec<f32>) -> Result<(), MapError> {
         Ok(Self::cube_map(self, position, size, out)?)
+    }
+
+    fn clip_map(
+        &self,
+        clip_from_world: [[f64; 4]; 4],
+        size: [u32; 2],
+        out: &mut Vec<f32>,
+    ) -> Result<(), MapError> {
+        let clip = DMat4::from_cols_array_2d(&clip_from_world);
+        let lines = TexelLines::new(&clip, size)?;
+        Ok(self.draw_clip(&clip, &lines, size, out)?)
     }
 }
 
@@ -195,23 +193,14 @@ impl From<RasterError> for MapError {
 }
 
 impl RasterScene {
-    fn render_clip(&self, clip: &DMat4, size: [u32; 2], out: &mut [f32]) -> Result<(), RasterError> {
-        let expected = size[0] as usize * size[1] as usize;
-        if expected == 0 || out.len() != expected {
-            return Err(RasterError::Request(format!(
-                "the buffer holds {} texels for a map of {}x{}; give {expected} and at least 1x1",
-                out.len(),
-                size[0],
-                size[1],
-            )));
-        }
-        let Some(lines) = TexelLines::new(clip, size) else {
-            return Err(RasterError::Request(
-                "clip_from_world is singular or not finite; give an invertible matrix".into(),
-            ));
-        };
-        self.check(size)?;
-        out.fill(f32::INFINITY);
+    fn draw_clip(
+        &self,
+        clip: &DMat4,
+        lines: &TexelLines,
+        size: [u32; 2],
+        out: &mut Vec<f32>,
+    ) -> Result<(), RasterError> {
+        self.resize(out, size, 1)?;
         let Some(scene) = &self.scene else { return Ok(()) };
         let pass = DepthPass::of_clip(scene, [0, 1, 2, 3].map(|row| clip.row(row)), size);
         let doubts = self.draw(&pass, out)?;

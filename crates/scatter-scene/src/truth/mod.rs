@@ -18,10 +18,10 @@ mod tests;
 use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
-use rayon::prelude::*;
 use scatter_core::{
-    CameraKind, Capabilities, ExtinctionKind, Frame, Light, LightKind, Limits, MAX_CASCADES, MapKind, Medium,
-    PhaseKind, RayLight, RenderError, RenderStats, ScatterImage, StageClock, ViewRay, VolumetricShadow,
+    CameraKind, Capabilities, ExtinctionKind, Frame, LightKind, Limits, MAX_CASCADES, MapKind, PhaseKind,
+    RayLight, RenderError, RenderStats, ScatterImage, SceneFacts, StageClock, ViewRay, VolumetricShadow,
+    parallel,
 };
 
 use crate::caster::{RayPlane, SceneCaster};
@@ -73,7 +73,7 @@ impl<'a> RaycastTruth<'a> {
         self.ray_ends.clear();
         self.ray_ends.resize(width as usize * height as usize, 0.0);
         let caster = self.caster;
-        self.ray_ends.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
+        parallel::for_each_row(&mut self.ray_ends, width as usize, |y, row| {
             for (x, end) in row.iter_mut().enumerate() {
                 let ray = frame.camera().pixel_ray(x as u32, y as u32);
                 let light = LightOnRay::new(frame.light(), frame.camera().eye(), &ray);
@@ -96,12 +96,10 @@ impl<'a> RaycastTruth<'a> {
         let Self { caster, ray_ends, walks, row_counts } = self;
         let width = width as usize;
         let (inscattered, transmittance) = out.pixels_mut();
-        let rows = inscattered
-            .par_chunks_mut(width)
-            .zip(transmittance.par_chunks_mut(width))
-            .zip(ray_ends.par_chunks(width))
-            .zip(row_counts.par_iter_mut());
-        rows.enumerate().for_each(|(y, (((inscattered, transmittance), ends), counts))| {
+        let ray_ends = &*ray_ends;
+        let images = (inscattered, transmittance, row_counts.as_mut_slice());
+        parallel::for_each_band(images, [width, 1], |y, inscattered, transmittance, counts| {
+            let ends = &ray_ends[y * width..][..width];
             let thread = rayon::current_thread_index().unwrap_or(0) % walks.len();
             // A poisoned walk holds nothing that the next row reads.
             let mut walk = walks[thread].lock().unwrap_or_else(PoisonError::into_inner);
@@ -112,7 +110,7 @@ impl<'a> RaycastTruth<'a> {
                 inscattered[x] = radiance.as_vec3().to_array();
                 transmittance[x] = frame.medium().transmittance(ends[x]).map(|t| t as f32);
             }
-            *counts = walk.counts;
+            counts[0] = walk.counts;
         });
     }
 
@@ -144,27 +142,16 @@ impl VolumetricShadow for RaycastTruth<'_> {
         stats.counts.push("boxes", total(|c| c.boxes));
         stats.counts.push("candidates", total(|c| c.candidates));
         stats.counts.push("intervals", total(|c| c.intervals));
-        for (name, is_modelled) in modelled(frame.light(), frame.medium()) {
-            if is_modelled {
-                stats.modelled.push(name, ());
-            }
-        }
-        if frame.texture().is_some() {
-            stats.modelled.push("light-texture", ());
+        stats.modelled.push("exact-visibility", ());
+        // No map is read.
+        let facts = SceneFacts { casts_shadow: false, ..SceneFacts::of_setup(frame.setup()) };
+        stats.push_modelled(&facts);
+        if facts.light == LightKind::Spot {
+            stats.modelled.push("cone", ());
         }
         stats.memory_bytes = self.memory_bytes() + self.caster.memory_bytes();
         Ok(stats)
     }
-}
-
-fn modelled(light: &Light, medium: &Medium) -> [(&'static str, bool); 5] {
-    [
-        ("exact-visibility", true),
-        ("transmittance", medium.sigma_t() != [0.0; 3]),
-        ("rgb-extinction", !medium.is_grey()),
-        ("phase", medium.components().iter().any(|component| !component.phase.is_isotropic())),
-        ("cone", matches!(light, Light::Spot(_))),
-    ]
 }
 
 /// In-scattered radiance of one ray that ends at `end`.
