@@ -28,13 +28,13 @@ pub enum Projection {
 /// An eye, an orthonormal frame, a window and an image size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
-    eye: DVec3,
-    right: DVec3,
-    up: DVec3,
-    forward: DVec3,
-    window: Window,
-    projection: Projection,
-    size: [u32; 2],
+    pub(crate) eye: DVec3,
+    pub(crate) right: DVec3,
+    pub(crate) up: DVec3,
+    pub(crate) forward: DVec3,
+    pub(crate) window: Window,
+    pub(crate) projection: Projection,
+    pub(crate) size: [u32; 2],
 }
 
 /// What the image shows, at distance 1 (perspective, tangents) or at any distance (orthographic, world units).

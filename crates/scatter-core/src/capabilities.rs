@@ -1,7 +1,7 @@
 //! What a technique can do, as data, and the one check of a frame against it.
 //!
 //! Refusal by default: [`Capabilities::NOTHING`] renders nothing, and a technique names what it does. Whatever a frame
-//! needs is collected in one place ([`Needs::of`], by exhaustive patterns over the set-up and its medium) and compared in
+//! needs is collected in one place ([`Needs::of`], by exhaustive patterns over the set-up and its parts) and compared in
 //! one place ([`Capabilities::check_setup`], by exhaustive patterns over both sides), so that a feature that is added to
 //! a frame does not compile before it is refused, and is then refused by every technique that does not name it.
 
@@ -124,8 +124,9 @@ impl Capabilities {
     /// Whether the technique renders this frame; otherwise what the frame has and what to give instead.
     /// Cost: one look at each part; no texel is read.
     pub fn check(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
-        // Texels, depths and further sources add no feature to what the set-up says.
-        self.check_setup(frame.setup())
+        // Exhaustive on purpose. Texels, depths and further sources add no feature to what the set-up says.
+        let Frame { setup, depth: _, shadow: _, texture: _, map_source: _ } = frame;
+        self.check_setup(setup)
     }
 
     /// As [`Self::check`], before there are any texels.

@@ -13,11 +13,11 @@ use crate::shadow_map::ShadowMap;
 /// Camera, depth, light with its shadows, medium: all that a technique reads. A [`Setup`] with its texels.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
-    setup: Setup<'a>,
-    depth: DepthMap<'a>,
-    shadow: &'a ShadowMap<'a>,
-    texture: Option<&'a LightTexture<'a>>,
-    map_source: Option<&'a dyn MapSource>,
+    pub(crate) setup: Setup<'a>,
+    pub(crate) depth: DepthMap<'a>,
+    pub(crate) shadow: &'a ShadowMap<'a>,
+    pub(crate) texture: Option<&'a LightTexture<'a>>,
+    pub(crate) map_source: Option<&'a dyn MapSource>,
 }
 
 impl<'a> Frame<'a> {

@@ -22,26 +22,26 @@ pub enum Light {
 /// A sun.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DirectionalLight {
-    direction: DVec3,
-    irradiance: [f64; 3],
+    pub(crate) direction: DVec3,
+    pub(crate) irradiance: [f64; 3],
 }
 
 /// A lamp that shines in all directions with intensity `I·exp(−σt·d)/d²` at distance d.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointLight {
-    position: DVec3,
-    intensity: [f64; 3],
-    radius: f64,
+    pub(crate) position: DVec3,
+    pub(crate) intensity: [f64; 3],
+    pub(crate) radius: f64,
 }
 
 /// A lamp with a cone: intensity times `saturate((cos θ − cos outer)·s)²`, `s = 1/max(0.001, cos inner − cos outer)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpotLight {
-    lamp: PointLight,
-    direction: DVec3,
-    cos_inner: f64,
-    cos_outer: f64,
-    outer: f64,
+    pub(crate) lamp: PointLight,
+    pub(crate) direction: DVec3,
+    pub(crate) cos_inner: f64,
+    pub(crate) cos_outer: f64,
+    pub(crate) outer: f64,
 }
 
 impl Light {

@@ -75,3 +75,41 @@ pub fn for_each_worker<W: Send>(workers: &mut [W], work: impl Fn(&mut W) + Sync 
     #[cfg(not(feature = "rayon"))]
     workers.iter_mut().for_each(work);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_and_band_is_visited_once_with_its_own_part() {
+        // 7 rows of 5, in bands of 3 rows, the last one short.
+        let mut rows = vec![0usize; 35];
+        for_each_row(&mut rows, 5, |y, row| {
+            row.iter_mut().enumerate().for_each(|(x, value)| *value += 5 * y + x)
+        });
+        assert!(rows.iter().enumerate().all(|(index, value)| index == *value));
+
+        let (mut a, mut b) = (vec![0usize; 35], vec![0u8; 35]);
+        for_each_row_of_both((&mut a, &mut b), 5, |y, a, b| {
+            a.fill(y);
+            b.fill(y as u8 + 1);
+        });
+        assert!((0..35).all(|index| a[index] == index / 5 && usize::from(b[index]) == index / 5 + 1));
+
+        let (mut a, mut b, mut own) = (vec![0usize; 35], vec![0usize; 35], vec![0usize; 6]);
+        for_each_band((&mut a, &mut b, &mut own), [15, 2], |band, a, b, own| {
+            a.fill(band);
+            b.fill(10 * band);
+            own.fill(a.len());
+        });
+        assert!((0..35).all(|index| a[index] == index / 15 && b[index] == 10 * a[index]));
+        assert_eq!(own, [15, 15, 15, 15, 5, 5]);
+    }
+
+    #[test]
+    fn every_worker_works_once() {
+        let mut workers = vec![0; 2 * worker_count() + 1];
+        for_each_worker(&mut workers, |worker| *worker += 1);
+        assert!(workers.iter().all(|&count| count == 1));
+    }
+}

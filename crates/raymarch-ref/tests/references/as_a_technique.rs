@@ -29,7 +29,7 @@ fn bad_options_are_errors_that_name_key_value_and_range() {
         ("steps", "0", "1 to 65536"),
         ("steps", "65537", "1 to 65536"),
         ("steps", "many", "many"),
-        ("jitter", "-1", "seed"),
+        ("jitter", "-1", "0 to 4294967295"),
         ("distribution", "log", "equi-angular"),
         ("stepz", "3", "steps, jitter, distribution"),
     ] {
