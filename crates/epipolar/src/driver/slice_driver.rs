@@ -199,7 +199,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
                     self.lay(frame, &epipole, spacing);
                 }
             }
-            clock.lap(stats, "probe");
+            clock.lap(stats, "spacing");
         }
         self.run(frame, epipole, channels, settings, None);
         spacing

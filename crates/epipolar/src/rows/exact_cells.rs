@@ -29,9 +29,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16};
 
-use super::map_line::MapLine;
+use super::map_line::{FARTHEST, MapLine};
 use super::min_max_tiles::{LayerTiles, TILE_SIDE};
-use super::row::{FARTHEST, LANES, RowSettings, RunWriter, Surface, UNSURE};
+use super::row::{LANES, RowSettings, RunWriter, Surface, UNSURE};
 
 /// Stretches that are rectified side by side.
 const GROUPS: usize = LANES / TILE_SIDE;

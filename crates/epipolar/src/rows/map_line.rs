@@ -4,8 +4,10 @@
 //! one texel column a step, with `t` counting texels from where the line enters. Within a column the line crosses at
 //! most one border between two texels, so a column has one cell or two, which end at the true crossings.
 
-use super::row::FARTHEST;
 use crate::geometry::{SlicePlane, diamond_angle};
+
+/// "No surface", as a depth that survives products with image coordinates in f32.
+pub(crate) const FARTHEST: f32 = 1e25;
 
 /// A line through a map in the order in which view rays cross its light rays.
 #[derive(Debug, Clone, Copy, Default)]

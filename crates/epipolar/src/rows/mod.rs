@@ -19,4 +19,4 @@ pub use min_max_tiles::{LayerTiles, MinMaxTiles, TILE_SIDE, TileSide};
 pub use row::{Row, RowSettings};
 pub use textured_row::TexturedRow;
 
-pub(crate) use row::FARTHEST;
+pub(crate) use map_line::FARTHEST;

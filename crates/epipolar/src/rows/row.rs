@@ -7,15 +7,12 @@
 
 use scatter_core::{Level, at_level};
 
-use super::map_line::MapLine;
+use super::map_line::{FARTHEST, MapLine};
 use super::min_max_tiles::{LayerTiles, TILE_SIDE};
 
 /// Texel columns that are rectified side by side: four registers, and as many cache misses as a core keeps in flight
 /// while it gathers depths. Sixteen took 1.4 times as long on a 4096² map.
 pub(crate) const LANES: usize = 64;
-
-/// "No surface", as a depth that survives products with image coordinates in f32.
-pub(crate) const FARTHEST: f32 = 1e25;
 
 /// No number of columns.
 const NONE: u32 = u32::MAX;
