@@ -11,7 +11,8 @@ use scatter_core::Camera;
 
 use crate::geometry::{Epipole, SliceSet};
 
-/// Bands `[lowest·ratioʲ, lowest·ratioʲ⁺¹]` of 1/sin β.
+/// Bands `[lowest·ratioʲ, lowest·ratioʲ⁺¹]` of 1/sin β, in place of the ring that Baran et al. 2010 (Section 6) march around
+/// the epipole: with γ scaled by a band's smallest 1/sin β all bands of a sun have one factorisation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bands {
     /// Smallest 1/sin β of the image, ≥ 1.

@@ -3,7 +3,8 @@
 use super::pixels_between::PixelsBetween;
 use super::slice_view::{SliceLight, lamp_light_ray};
 
-/// The queries of one slice: view rays by column and length, and the share of the light that each sees lit.
+/// The queries of one slice: view rays by column and length, and the share of the light that each sees lit; in the order of their
+/// columns. Every pixel between two slices is a query of both of them, with its own depth.
 #[derive(Debug, Default)]
 pub struct SliceQueries {
     count: usize,

@@ -3,7 +3,10 @@
 /// Most times that a gap is halved. Every one doubles the slices in the worst case.
 pub const MOST_HALVINGS: u32 = 6;
 
-/// When a gap gets a slice of its own.
+/// When a gap gets a slice of its own. (Baran et al. 2010 have slices a pixel apart everywhere; initial slices that are refined
+/// where they differ are in the spirit of Engelhardt and Dachsbacher 2010, along the other axis.)
+///
+/// What is thinner than the gap between two slices that agree is not seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refinement {
     /// Largest difference of two neighbouring slices' answers that is interpolated over, relative to the pixel's

@@ -11,7 +11,9 @@ use super::shares::Shares;
 /// Pixels that are resolved side by side.
 const LANES: usize = RayLanes::COUNT;
 
-/// What turns shares into an image.
+/// What turns shares into an image: radiance is the unoccluded closed form (MODEL.md) times the share that is lit.
+///
+/// The closed form is within 1e-6 of f64 for suns and 1.2e-5 for lamps; pixels without a share are walked, exactly. O(pixels).
 pub struct Resolve<'a> {
     frame: &'a Frame<'a>,
     /// Shares of the pixels and their channels; `None` if nothing casts a shadow.

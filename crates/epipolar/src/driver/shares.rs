@@ -6,7 +6,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// One slot a pixel and channel, empty until it is written.
+/// Shares of the unoccluded light, `[channel][pixel]`: one slot each, [`EMPTY`] until it is written, from any thread.
 #[derive(Debug, Default)]
 pub struct Shares {
     slots: Vec<AtomicU32>,

@@ -99,7 +99,8 @@ impl SliceAngles {
     }
 }
 
-/// One slice of a frame, for some consecutive columns.
+/// One slice of a frame, for some consecutive columns: the half-plane through the eye and the light that an image line shows
+/// (Baran et al. 2010, Section 3), with everything that a sum over its light rays needs.
 #[derive(Clone, Copy)]
 pub struct SliceView<'a> {
     scene: SliceScene<'a>,

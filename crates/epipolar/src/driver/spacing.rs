@@ -19,7 +19,11 @@ pub fn stride(gaps: usize) -> usize {
 /// One column in how many is measured: neighbours see nearly the same, and what a measured gap costs are its pixels.
 pub const COLUMN_STRIDE: u32 = 4;
 
-/// What a measurement found. Whole numbers add up to the same in any order of threads.
+/// What interpolation between slices would have been off by, on a sample of gaps: how far apart slices may be. (Baran et al. 2010
+/// choose one pixel for every scene.)
+///
+/// Whole numbers, which add up to the same in any order of threads. The sample is one gap in 4 to 20 and one column in 4;
+/// it costs 8 to 16 % of a frame.
 #[derive(Debug, Default)]
 pub struct SpacingEstimate {
     pixels: AtomicU64,

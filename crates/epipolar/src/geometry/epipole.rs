@@ -8,7 +8,9 @@
 use glam::{DVec2, DVec3};
 use scatter_core::{Camera, Light};
 
-/// The axis of the epipolar planes and its image.
+/// The axis of the epipolar planes and its image (Baran et al. 2010, Section 3): all half-planes of slices begin in it.
+///
+/// Homogeneous, in f64: an epipole 10⁶ pixels outside of the image, or at infinity, is no special case. O(1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Epipole {
     /// Homogeneous image point `(x·w, y·w, w)` in pixels, w ≥ 0; w = 0 at infinity.

@@ -10,7 +10,10 @@ use glam::DVec2;
 use super::epipole::Epipole;
 use super::slices::{Fan, Major, Slice};
 
-/// The columns of a fan, and the range of its pixels in each.
+/// The columns of a fan, and the range of its pixels in each: `ranges` has an entry a column.
+///
+/// Every pixel of the image is in exactly one gap of one fan, whatever rounding does, but for the one that the epipole hits
+/// exactly, which is in none. O(columns).
 #[derive(Debug, Clone, Default)]
 pub struct FanPixels {
     /// First column and the one after the last.

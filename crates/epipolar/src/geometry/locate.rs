@@ -3,7 +3,8 @@
 use super::fan_pixels::FanPixels;
 use super::slices::{Fan, Major, Slice, SliceSet};
 
-/// The slices of a frame with the pixels of their fans.
+/// The slices of a frame with the pixels of their fans: the way from a pixel back to its slices (Yusov 2012, Section
+/// 6.6, takes the two nearest slices, too).
 #[derive(Debug, Clone, Copy)]
 pub struct SliceMap<'a> {
     /// The slices.

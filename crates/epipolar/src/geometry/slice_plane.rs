@@ -12,7 +12,10 @@ use scatter_core::{Camera, Window};
 use super::epipole::Epipole;
 use super::slices::{Major, Slice};
 
-/// A slice's half-plane and its view rays.
+/// A slice's half-plane and its view rays in rectified coordinates (Baran et al. 2010, Section 3; lamps: Section 9).
+///
+/// A point is `eye + across·q + to_light·p`, q ≥ 0. Instead of the angle β (tan β = q/p) a view ray's coordinate is the pixel
+/// column in which the slice shows it: monotone in β, and one division instead of an arc tangent. f64.
 #[derive(Debug, Clone, Copy)]
 pub struct SlicePlane {
     /// Unit vector in the plane, perpendicular to the axis, towards the slice's pixels.

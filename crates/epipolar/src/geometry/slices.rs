@@ -77,7 +77,12 @@ pub struct Fan {
     pub count: usize,
 }
 
-/// All slices of a frame; buffers are kept from frame to frame.
+/// All slices of a frame, in fans; buffers are kept from frame to frame (Baran et al. 2010, Section 8).
+///
+/// Exits are at `h·sinh(α/h)` on an edge h pixels from the epipole: no pixel's centre is farther than half the spacing from a
+/// slice (shown by brute force in the tests), with 13 % fewer slices than uniform exits for an epipole in the middle
+/// of a 4:3 image and half of them for one near a corner. Fans, which the paper does not have, are the slices through one edge
+/// on one side of the 45° lines: in each of their columns pixels lie between two slices. O(slices).
 #[derive(Debug, Clone, Default)]
 pub struct SliceSet {
     /// The fans, in any order.

@@ -20,7 +20,11 @@ const NONE: u32 = u32::MAX;
 /// What is known of a stretch of texels that are not one run.
 pub(crate) const UNSURE: i32 = -1;
 
-/// Runs of light rays from the eye on: run i spans γ from `starts[i]` to `starts[i + 1]`.
+/// A rectified row (Baran et al. 2010, Section 3): runs of light rays that end behind the same view ray, from the eye on.
+///
+/// "Rectified" means that values change, not only positions: a stored depth is the number of the slice's columns, counted
+/// from the light, that see the light ray before it ends. The paper keeps every light ray as an entry of its own; sums over runs
+/// are the same sums. Run i spans γ from `starts[i]` to `starts[i + 1]`.
 #[derive(Debug, Clone, Default)]
 pub struct Row {
     starts: Vec<f32>,

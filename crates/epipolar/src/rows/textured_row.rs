@@ -8,7 +8,8 @@ use scatter_core::LightTexture;
 use super::map_line::MapLine;
 use super::row::Row;
 
-/// A row's runs with a colour each.
+/// A row's runs with a colour each: cut at the borders of the texture's texels, exactly (textured lights: Baran et al. 2010,
+/// Section 6). White where the texture does not reach. O(runs + texels along the slice).
 #[derive(Debug, Clone, Default)]
 pub struct TexturedRow {
     starts: Vec<f32>,

@@ -26,7 +26,8 @@ use super::lamp_fit::{Fit, Workspace, b_at, coordinate};
 use super::lamp_kernel::{Kernel, within};
 use super::{LampMedium, MAX_RANK, interpolate};
 
-/// Factors of one lamp for view rays with `b ∈ [b_min, b_max]`, tabulated.
+/// Factors of one lamp for view rays with `b ∈ [b_min, b_max]`, tabulated (Baran et al. 2010, Section 9, in the angles at eye and
+/// lamp: there 1/d² cancels against the Jacobian, and a thin isotropic medium has rank 1). Fitted, with a measured error.
 #[derive(Debug, Clone, Default)]
 pub struct LampFactors {
     rank: usize,

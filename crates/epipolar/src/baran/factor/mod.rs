@@ -75,7 +75,8 @@ impl Factorisation {
     }
 }
 
-/// Factors of one band `y ∈ [1, ratio]`, y in units of the band's smallest 1/sin β, tabulated.
+/// Factors of a sun in one band `y ∈ [1, ratio]`, y in units of the band's smallest 1/sin β, tabulated: `e^{−x·y} ≈ Σ Γₖ(x)·Bₖ(y)`
+/// (Baran et al. 2010, Section 6). [`Self::bound`] bounds the error of a share for any visibility.
 #[derive(Debug, Clone, Default)]
 pub struct Factors {
     rank: usize,

@@ -25,7 +25,7 @@ pub struct Runs<'a, const N: usize> {
     pub columns: [u32; 2],
 }
 
-/// One problem: runs and queries.
+/// The in-slice problem `Σ Γ(γ) over γ < D, S(γ) > β` for many (D, β) at once (Baran et al. 2010, Section 4): runs and queries.
 #[derive(Debug, Clone, Copy)]
 pub struct Problem<'a, const N: usize> {
     /// What is summed.
