@@ -2,7 +2,7 @@
 //!
 //! A frame for a test is an [`OwnedFrame`]: everything that a `Frame` borrows, open to change. It is random
 //! ([`OwnedFrame::random`], of a [`Recipe`]), the same every time ([`OwnedFrame::stock`], one for each [`MapKind`]), hard
-//! on epipolar slices ([`SliceCase`]) or as an engine has it ([`meadow`]). [`dense`](fn@dense) samples a pixel of it by
+//! on epipolar slices ([`SliceCase`]) or as an engine has it ([`meadow`](fn@meadow)). [`dense`](fn@dense) samples a pixel of it by
 //! the formula of MODEL.md alone; [`differing`], [`exceeding`] and [`rel_rmse`] hold an image against what it should be,
 //! and say where it is not.
 //!
@@ -14,7 +14,7 @@
 mod comparison;
 mod dense;
 mod filling;
-pub mod meadow;
+mod meadow;
 mod owned_frame;
 mod random;
 mod random_frame;
