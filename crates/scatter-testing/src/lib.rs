@@ -2,9 +2,9 @@
 //!
 //! A frame for a test is an [`OwnedFrame`]: everything that a `Frame` borrows, open to change. It is random
 //! ([`OwnedFrame::random`], of a [`Recipe`]), the same every time ([`OwnedFrame::stock`], one for each [`MapKind`]), hard
-//! on epipolar slices ([`SliceCase`]) or as an engine has it ([`meadow`]). [`dense`](fn@dense) samples a pixel of it by
-//! the formula of MODEL.md alone; [`differing`], [`exceeding`] and [`rel_rmse`] hold an image against what it should be,
-//! and say where it is not.
+//! on epipolar slices ([`SliceCase`]) or as an engine has it ([`meadow`](fn@meadow)). [`dense`](fn@dense) samples a
+//! pixel of it by the formula of MODEL.md alone; [`differing`], [`exceeding`] and [`rel_rmse`] hold an image against what
+//! it should be, and say where it is not.
 //!
 //! For tests alone: it panics where a value is no good, is not published, and knows the model and no technique. The
 //! judge of a technique (`raymarch-ref`) is named by the test that asks for it. Crates take it as a dev-dependency by
@@ -14,7 +14,7 @@
 mod comparison;
 mod dense;
 mod filling;
-pub mod meadow;
+mod meadow;
 mod owned_frame;
 mod random;
 mod random_frame;
