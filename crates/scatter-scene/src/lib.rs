@@ -3,6 +3,7 @@
 mod atomic;
 mod builtin;
 mod caster;
+mod cutout;
 mod error;
 mod fit;
 mod gltf;
@@ -19,6 +20,7 @@ mod truth;
 pub use atomic::{WriteSeek, write_atomically};
 pub use builtin::{BuiltinFile, BuiltinFiles, BuiltinShot, ExportError, builtin_shots, export};
 pub use caster::{CasterError, SceneCaster};
+pub use cutout::{AlphaMask, Cutout, Wrap};
 pub use error::{Fault, SceneError};
 pub use fit::{FittedMap, fit_map};
 pub use image_file::{
