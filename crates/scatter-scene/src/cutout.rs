@@ -94,6 +94,12 @@ impl AlphaMask {
         self.blocks[(row / BLOCK) as usize * self.stride + (column / BLOCK) as usize]
     }
 
+    /// `[block row][block column]`: bit `8·(row mod 8) + column mod 8` of a block is a texel.
+    #[cfg(feature = "raster")]
+    pub(crate) fn blocks(&self) -> &[u64] {
+        &self.blocks
+    }
+
     /// Bytes held.
     pub fn memory_bytes(&self) -> u64 {
         (self.blocks.capacity() * size_of::<u64>()) as u64

@@ -9,7 +9,8 @@ use crate::scene::Scene;
 /// A cut-out triangle.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Card {
-    mask: u32,
+    /// Index of its mask.
+    pub mask: u32,
     /// Where its corners, in welded order, lie on the mask \[texels\], less whole periods of it: the first one of a
     /// texture that repeats is as good as any.
     pub texels: [DVec2; 3],
@@ -90,6 +91,24 @@ impl Cards {
     #[inline]
     pub fn mask(&self, card: &Card) -> &AlphaMask {
         &self.masks[card.mask as usize]
+    }
+
+    /// Whether nothing is cut out.
+    #[cfg(feature = "raster")]
+    pub fn is_empty(&self) -> bool {
+        self.cards.is_empty()
+    }
+
+    /// All of them, with their triangles.
+    #[cfg(feature = "raster")]
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &Card)> {
+        (0..self.card_of.len() as u32).filter_map(|triangle| Some((triangle, self.get(triangle)?)))
+    }
+
+    /// All masks.
+    #[cfg(feature = "raster")]
+    pub fn masks(&self) -> &[AlphaMask] {
+        &self.masks
     }
 
     /// Bytes held.
