@@ -18,7 +18,9 @@ mod shot;
 mod truth;
 
 pub use atomic::{WriteSeek, write_atomically};
-pub use builtin::{BuiltinFile, BuiltinFiles, BuiltinShot, ExportError, builtin_shots, export};
+pub use builtin::{
+    BuiltinFile, BuiltinFiles, BuiltinShot, ExportError, builtin_shots, builtin_variants, export,
+};
 pub use caster::{CasterError, SceneCaster};
 pub use cutout::{AlphaMask, Cutout, Wrap};
 pub use error::{Fault, SceneError};
