@@ -43,17 +43,20 @@ pub enum Wrap {
     ClampToEdge,
 }
 
+/// Texels of a block's side.
+pub(crate) const BLOCK: u32 = 8;
+
 impl AlphaMask {
     /// The mask of a texture of `size` texels, `[columns, rows]`, each at least 1, where `is_there(column, row)`; row 0
     /// is on top, at v = 0. A side of 0 counts as 1.
     pub fn new(size: [u32; 2], wrap: [Wrap; 2], is_there: impl Fn(u32, u32) -> bool) -> Self {
         let size = size.map(|side| side.max(1));
-        let [columns, rows] = size.map(|side| side.div_ceil(8) as usize);
+        let [columns, rows] = size.map(|side| side.div_ceil(BLOCK) as usize);
         let block = |index: usize| {
-            let first = [(index % columns) as u32 * 8, (index / columns) as u32 * 8];
+            let first = [(index % columns) as u32 * BLOCK, (index / columns) as u32 * BLOCK];
             (0..64).fold(0u64, |bits, bit| {
-                let column = (first[0] + bit % 8).min(size[0] - 1);
-                let row = (first[1] + bit / 8).min(size[1] - 1);
+                let column = (first[0] + bit % BLOCK).min(size[0] - 1);
+                let row = (first[1] + bit / BLOCK).min(size[1] - 1);
                 bits | u64::from(is_there(column, row)) << bit
             })
         };
@@ -74,18 +77,27 @@ impl AlphaMask {
     /// Whether the texel at texture coordinates `uv` (finite, in units of the texture, v down) is there. Texels are
     /// half-open: a point between two belongs to the one of larger coordinates.
     pub fn is_there(&self, uv: DVec2) -> bool {
-        let texel = (uv * DVec2::from(self.size.map(f64::from))).floor();
-        self.texel_is_there([
-            self.wrap[0].texel(texel.x, self.size[0]),
-            self.wrap[1].texel(texel.y, self.size[1]),
-        ])
+        self.is_there_at(uv * DVec2::from(self.size.map(f64::from)))
     }
 
-    /// Whether a texel, `[column, row]` within the texture, is there.
+    /// [`Self::is_there`] in units of a texel.
+    pub(crate) fn is_there_at(&self, place: DVec2) -> bool {
+        let texel = place.floor();
+        let column = self.wrap[0].texel(texel.x, self.size[0]);
+        let row = self.wrap[1].texel(texel.y, self.size[1]);
+        self.block(column, row) >> (8 * (row % BLOCK) + column % BLOCK) & 1 != 0
+    }
+
+    /// The block of a texel within the texture.
     #[inline]
-    pub(crate) fn texel_is_there(&self, [column, row]: [u32; 2]) -> bool {
-        let block = self.blocks[(row / 8) as usize * self.stride + (column / 8) as usize];
-        block >> (8 * (row % 8) + column % 8) & 1 != 0
+    pub(crate) fn block(&self, column: u32, row: u32) -> u64 {
+        self.blocks[(row / BLOCK) as usize * self.stride + (column / BLOCK) as usize]
+    }
+
+    /// `[block row][block column]`: bit `8·(row mod 8) + column mod 8` of a block is a texel.
+    #[cfg(feature = "raster")]
+    pub(crate) fn blocks(&self) -> &[u64] {
+        &self.blocks
     }
 
     /// Bytes held.

@@ -21,7 +21,9 @@ mod text;
 mod truth;
 
 pub use atomic::{WriteSeek, write_atomically};
-pub use builtin::{BuiltinFile, BuiltinFiles, BuiltinShot, ExportError, builtin_shots, export};
+pub use builtin::{
+    BuiltinFile, BuiltinFiles, BuiltinShot, ExportError, builtin_shots, builtin_variants, export,
+};
 pub use caster::{CasterError, SceneCaster};
 pub use cutout::{AlphaMask, Cutout, Wrap};
 pub use error::{Fault, SceneError};
