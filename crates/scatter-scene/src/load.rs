@@ -29,6 +29,11 @@ const MAX_FILE_BYTES: u64 = 8 << 30;
 
 /// Loads an OBJ, glTF or GLB file (by extension, in any case) as world-space triangles with cameras and lights.
 ///
+/// Materials whose alpha cuts parts out (glTF's `alphaMode` MASK, OBJ's `map_d`) become [`Scene::cutouts`]; images and
+/// libraries beside the file are read for that. Everything that changes the picture and is not done (blending,
+/// transmission, a light's range, points and lines, extensions that are not read) is an error or stands in
+/// [`Scene::notes`] by its name.
+///
 /// Never panics, and allocates in proportion to the file and to the triangles that it really has, up to
 /// [`MAX_TRIANGLES`]. A file without a single triangle is an error; zero-area triangles with three different
 /// indices are kept, those that repeat an index (strips are joined with them) are dropped.

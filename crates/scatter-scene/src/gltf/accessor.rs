@@ -166,6 +166,7 @@ impl<'a, const N: usize> Elements<'a, N> {
     }
 
     /// Element `idx < count` as f64.
+    #[inline]
     pub(super) fn get(&self, idx: u64) -> [f64; N] {
         debug_assert!(idx < self.count, "the caller checks indices");
         if let Some(sparse) = &self.sparse
@@ -252,6 +253,7 @@ impl<'a> Packed<'a> {
         Ok(Self { bytes, stride: usize::try_from(stride).unwrap_or(0), format })
     }
 
+    #[inline]
     fn element<const N: usize>(&self, idx: u64) -> [f64; N] {
         let Format { component, component_count, normalized } = self.format;
         let start = idx as usize * self.stride;
@@ -271,6 +273,7 @@ pub(super) fn sub_slice(bytes: &[u8], start: u64, end: Option<u64>) -> Option<&[
 }
 
 /// The first component in `bytes`; normalised integers become c/max, at least −1.
+#[inline]
 fn read(component: ComponentType, bytes: &[u8], normalized: bool) -> f64 {
     let two = || bytes.first_chunk().copied().unwrap_or_default();
     let four = || bytes.first_chunk().copied().unwrap_or_default();

@@ -39,8 +39,8 @@ pub(super) struct Library {
     coverages: HashMap<String, Coverage>,
     pub masks: Vec<AlphaMask>,
     pub notes: Vec<String>,
-    /// Whether the file names a library at all.
-    is_named: bool,
+    /// What the file's statements name, each once: exporters repeat it for every object.
+    named: Vec<String>,
     unread_colours: Vec<String>,
     unknown: Vec<String>,
 }
@@ -48,7 +48,10 @@ pub(super) struct Library {
 impl Library {
     /// Reads what one `mtllib` statement names: one file whose name may hold spaces, or several.
     pub(super) fn add(&mut self, folder: &Path, names: &str) {
-        self.is_named = true;
+        if self.named.iter().any(|known| known == names) {
+            return;
+        }
+        self.named.push(names.to_owned());
         let one = found(folder, names);
         let paths: Vec<(&str, Option<PathBuf>)> = match one {
             Some(path) => vec![(names, Some(path))],
@@ -76,7 +79,10 @@ impl Library {
         match self.coverages.get(name) {
             Some(&coverage) => coverage,
             None => {
-                if self.is_named && !name.is_empty() && !self.unknown.iter().any(|known| known == name) {
+                if !self.named.is_empty()
+                    && !name.is_empty()
+                    && !self.unknown.iter().any(|known| known == name)
+                {
                     self.unknown.push(name.to_owned());
                 }
                 Coverage::Whole

@@ -18,11 +18,22 @@ pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
 /// Calls `statement` with every statement and the number of its line, from 1.
 pub(super) fn each_statement<E>(
     text: &str,
+    statement: impl FnMut(&str, usize) -> Result<(), E>,
+) -> Result<(), E> {
+    if !text.contains('\r') {
+        return each_of(text.split('\n'), statement);
+    }
+    // Lines that end at CR LF, and those of old Macintosh files, which end at CR.
+    each_of(text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r')), statement)
+}
+
+fn each_of<'a, E>(
+    lines: impl Iterator<Item = &'a str>,
     mut statement: impl FnMut(&str, usize) -> Result<(), E>,
 ) -> Result<(), E> {
     let mut joined = String::new();
     let mut first_line = 1;
-    for (line_idx, line) in physical_lines(text).enumerate() {
+    for (line_idx, line) in lines.enumerate() {
         if joined.is_empty() {
             first_line = line_idx + 1;
             // The usual case copies nothing.
@@ -45,15 +56,6 @@ pub(super) fn each_statement<E>(
         }
     }
     if joined.is_empty() { Ok(()) } else { statement(&joined, first_line) }
-}
-
-/// Lines that end at LF, CR LF or CR.
-fn physical_lines(text: &str) -> impl Iterator<Item = &str> {
-    text.split('\n').flat_map(|line| {
-        let line = line.strip_suffix('\r').unwrap_or(line);
-        // Lines of old Macintosh files; rare, so most lines are one part.
-        line.split('\r')
-    })
 }
 
 /// A line without its comment, and whether the next line continues it.

@@ -11,6 +11,8 @@
 mod library;
 mod lines;
 mod polygon;
+#[cfg(test)]
+mod tests;
 
 use std::path::Path;
 
@@ -30,23 +32,22 @@ const CUT_OFF: &str = "the file is cut off or damaged: export it again";
 /// Reads the text of an OBJ file; libraries and their images are looked for in `folder`.
 pub(crate) fn read(bytes: &[u8], folder: &Path) -> Checked<Scene> {
     let text = text(utf8_bytes(bytes, "as UTF-8 or ASCII")?);
-    let mut reader = Reader { library: library(&text, folder)?, ..Reader::default() };
+    let mut reader = Reader { library: library(&text, folder), ..Reader::default() };
     each_statement(&text, |statement, line| reader.statement(statement, line))?;
     reader.finish()
 }
 
 /// The libraries that the file names, wherever it does.
-fn library(text: &str, folder: &Path) -> Checked<Library> {
+fn library(text: &str, folder: &Path) -> Library {
     let mut library = Library::default();
-    if text.contains("mtllib") {
-        each_statement(text, |statement, _| {
-            if let Some(names) = statement.trim_start().strip_prefix("mtllib") {
-                library.add(folder, names.trim());
-            }
-            Ok(())
-        })?;
+    for (at, keyword) in text.match_indices("mtllib") {
+        let line_start = text[..at].rfind(['\n', '\r']).map_or(0, |end| end + 1);
+        let rest = &text[at + keyword.len()..];
+        if text[line_start..at].trim().is_empty() && rest.starts_with(char::is_whitespace) {
+            library.add(folder, rest.split(['\n', '\r']).next().unwrap_or_default().trim());
+        }
     }
-    Ok(library)
+    library
 }
 
 #[derive(Default)]
@@ -390,83 +391,6 @@ impl Ignored {
             notes.push(format!(
                 "material \"{material}\" is a cut-out, but counts as opaque on faces without texture coordinates"
             ));
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
-
-    fn scene(faces: &str) -> Scene {
-        read(format!("{SQUARE}{faces}").as_bytes(), Path::new("")).unwrap()
-    }
-
-    fn message(text: &str) -> String {
-        read(text.as_bytes(), Path::new("")).unwrap_err().to_string()
-    }
-
-    #[test]
-    fn coordinates_are_the_nearest_f64_to_their_decimals() {
-        let scene = read(b"v 0.1 1e-3 -16777217.25\nv 1 0 0\nv 0 1 0\nf 1 2 3", Path::new("")).unwrap();
-        assert_eq!(scene.positions[0], DVec3::new(0.1, 1e-3, -16777217.25));
-    }
-
-    #[test]
-    fn all_face_notations_mean_the_same_triangle() {
-        for face in [
-            "f 1 2 3",
-            "f 1/9 2/9 3/9",
-            "f 1//7 2//7 3//7",
-            "f 1/1/1 2/2/2 3/3/3",
-            "f -4 -3 -2",
-            "f 1 \\\n 2 3",
-        ] {
-            assert_eq!(scene(face).triangles, [[0, 1, 2]], "{face}");
-        }
-    }
-
-    #[test]
-    fn polygons_become_fans_and_faces_may_come_before_their_vertices() {
-        assert_eq!(scene("f 1 2 3 4").triangles, [[0, 1, 2], [0, 2, 3]]);
-        let early = format!("f 1 2 3\n{SQUARE}");
-        assert_eq!(read(early.as_bytes(), Path::new("")).unwrap().triangles, [[0, 1, 2]]);
-    }
-
-    #[test]
-    fn a_polyline_is_no_face() {
-        let scene = scene("l 1 2 3\np 1\nf 1 2 4\nf 1 2\nf 2 2 3");
-        assert_eq!(scene.triangles, [[0, 1, 3]]);
-        assert_eq!(scene.notes.len(), 3);
-        assert!(scene.notes[1].starts_with("2 line"), "{:?}", scene.notes);
-    }
-
-    #[test]
-    fn weights_divide_and_colours_and_comments_do_not_matter() {
-        let scene = read(b"\xff# caf\xe9\nv 2 4 6 2 # w\nv 1 0 0 .5 .5 .5\r\nv 0 1 0\nusemtl\nmtllib none.mtl\nvt x\nf 1 2 3", Path::new("")).unwrap();
-        assert_eq!(scene.positions, [DVec3::new(1.0, 2.0, 3.0), DVec3::X, DVec3::Y]);
-    }
-
-    #[test]
-    fn faults_name_their_line() {
-        let line = |text: &str| message(&format!("{SQUARE}{text}"));
-        for (text, place, part) in [
-            ("f 1 2 9", "line 5", "index 9"),
-            ("f 1 2 0", "line 5", "index 0"),
-            ("f 1 2 -5", "line 5", "index -5"),
-            ("f 1 2 99999999999999999999", "line 5", "vertex index"),
-            ("\nf", "line 6", "without"),
-            ("v nan 0 0\nf 1 2 5", "line 5", "finite"),
-            ("v 0 1e400 0\nf 1 2 5", "line 5", "finite"),
-            ("v 0 0 1 0\nf 1 2 5", "line 5", "finite"),
-            ("v 0 1e16 0\nf 1 2 5", "line 5", "farther"),
-            ("v 0 1", "line 5", "three"),
-            ("v 0 1 z", "line 5", "`z`"),
-        ] {
-            let message = line(text);
-            assert!(message.starts_with(place) && message.contains(part), "{text}: {message}");
         }
     }
 }
