@@ -62,11 +62,11 @@ impl Document {
 
 fn typed<T: serde::de::DeserializeOwned>(value: &Value, json: &str, cure: &str) -> Checked<T> {
     serde_path_to_error::deserialize(value).map_err(|error| {
-        let path = error.path().to_string();
-        let place = match located(json, error.path()) {
-            Some((line, column)) => format!("JSON line {line} column {column}: {path}"),
-            None => path,
-        };
+        // The path of the document itself is a lone dot.
+        let path = Some(error.path().to_string()).filter(|path| path != ".");
+        let place =
+            located(json, error.path()).map(|(line, column)| format!("JSON line {line} column {column}"));
+        let place = [place, path].into_iter().flatten().collect::<Vec<_>>().join(": ");
         Fault::invalid(place, error.into_inner().to_string(), cure)
     })
 }

@@ -7,7 +7,7 @@
 //! KHR_materials_diffuse_transmission count as opaque; so does a mask whose texture cannot be read; the alpha of COLOR_0
 //! is not read; a sampler's filter is not used.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use glam::{DAffine2, DMat2, DVec2};
@@ -58,11 +58,20 @@ pub(super) struct Materials<'a> {
     pub masks: Vec<AlphaMask>,
     /// What a material cannot do, once each.
     pub notes: Vec<String>,
+    noted: HashSet<String>,
 }
 
 impl<'a> Materials<'a> {
     pub(super) fn new(document: &'a Document, buffers: &'a Buffers<'a>, folder: &'a Path) -> Self {
-        Self { document, buffers, folder, known: HashMap::new(), masks: Vec::new(), notes: Vec::new() }
+        Self {
+            document,
+            buffers,
+            folder,
+            known: HashMap::new(),
+            masks: Vec::new(),
+            notes: Vec::new(),
+            noted: HashSet::new(),
+        }
     }
 
     /// The coverage of a primitive with that material; an error if there is no such material.
@@ -96,7 +105,7 @@ impl<'a> Materials<'a> {
     /// Says something about a material, once.
     pub(super) fn note(&mut self, material_idx: usize, what: &str) {
         let note = format!("{} {what}", self.name(material_idx));
-        if !self.notes.contains(&note) {
+        if self.noted.insert(note.clone()) {
             self.notes.push(note);
         }
     }

@@ -24,6 +24,7 @@ mod skin;
 mod uri;
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 
 use glam::DMat4;
@@ -114,6 +115,7 @@ fn add_meshes(
         *uses.entry(key(drawn)).or_default() += 1;
     }
     let mut decoded: HashMap<(usize, Option<usize>), LocalMesh> = HashMap::new();
+    let mut skins: HashMap<usize, Skin> = HashMap::new();
     for drawn in drawn {
         let weights = own_weights(drawn);
         let known = if weights.is_none() { decoded.remove(&key(drawn)) } else { None };
@@ -121,11 +123,14 @@ fn add_meshes(
             Some(local) => local,
             None => {
                 let skin = match drawn.skin_idx {
-                    Some(skin_idx) => Some(Skin::open(document, buffers, nodes, skin_idx)?),
                     None => None,
+                    Some(skin_idx) => Some(match skins.entry(skin_idx) {
+                        Entry::Occupied(known) => &*known.into_mut(),
+                        Entry::Vacant(new) => new.insert(Skin::open(document, buffers, nodes, skin_idx)?),
+                    }),
                 };
                 let weights = weights.unwrap_or(&document.exact.meshes[drawn.mesh_idx].weights);
-                let pose = Pose { weights, skin: skin.as_ref() };
+                let pose = Pose { weights, skin };
                 let local = decode(document, buffers, materials, drawn.mesh_idx, &pose)?;
                 left_out.add(local.left_out);
                 local

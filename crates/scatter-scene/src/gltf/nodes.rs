@@ -6,6 +6,8 @@
 //! for it; without any scene every parentless node is taken; a scene that lists a child beside its parent gets it once,
 //! under its parent, with a note.
 
+use std::cell::RefCell;
+
 use glam::{DMat4, DQuat, DVec3, DVec4};
 
 use gltf::json::Root;
@@ -23,8 +25,8 @@ pub(super) struct Nodes {
     /// The nodes of the default scene, parents before children, siblings in the file's order.
     pub placed: Vec<PlacedNode>,
     parents: Vec<Option<usize>>,
-    /// World matrices of the placed nodes, by the node's index.
-    worlds: Vec<Option<DMat4>>,
+    /// World matrices by the node's index: of the placed nodes, and of others that were asked for.
+    worlds: RefCell<Vec<Option<DMat4>>>,
 }
 
 /// A node of the default scene.
@@ -41,32 +43,40 @@ impl Nodes {
         let root = &document.root;
         let parents = checked_parents(root)?;
         let roots = scene_roots(root, &parents, notes)?;
-        let mut nodes = Self { placed: Vec::new(), worlds: vec![None; parents.len()], parents };
+        let mut worlds = vec![None; parents.len()];
+        let mut placed = Vec::new();
         let mut stack: Vec<_> = roots.iter().rev().map(|&node| (node, DMat4::IDENTITY, true)).collect();
         while let Some((node_idx, world_from_parent, is_parent_visible)) = stack.pop() {
             let world_from_node = world_from_parent * local_matrix(document, node_idx)?;
             checked_matrix(root, node_idx, world_from_node)?;
             let is_visible = is_parent_visible && !is_switched_off(root, node_idx);
-            nodes.placed.push(PlacedNode { node_idx, world_from_node, is_visible });
-            nodes.worlds[node_idx] = Some(world_from_node);
+            placed.push(PlacedNode { node_idx, world_from_node, is_visible });
+            worlds[node_idx] = Some(world_from_node);
             stack.extend(children(root, node_idx).rev().map(|child| (child, world_from_node, is_visible)));
         }
-        Ok(nodes)
+        Ok(Self { placed, parents, worlds: RefCell::new(worlds) })
     }
 
     /// The world matrix of any node that exists, in the default scene or not: a joint need not be in it.
     pub(super) fn world_from(&self, document: &Document, node_idx: usize) -> Checked<DMat4> {
-        let mut matrix = DMat4::IDENTITY;
+        let mut worlds = self.worlds.borrow_mut();
+        let mut chain = Vec::new();
         let mut next = Some(node_idx);
+        let mut matrix = DMat4::IDENTITY;
         while let Some(idx) = next {
-            if let Some(world) = self.worlds[idx] {
-                matrix = world * matrix;
+            if let Some(world) = worlds[idx] {
+                matrix = world;
                 break;
             }
-            matrix = local_matrix(document, idx)? * matrix;
+            chain.push(idx);
             next = self.parents[idx];
         }
-        checked_matrix(&document.root, node_idx, matrix)?;
+        // From the top; each matrix is kept, since many joints share their ancestors.
+        for idx in chain.into_iter().rev() {
+            matrix *= local_matrix(document, idx)?;
+            checked_matrix(&document.root, idx, matrix)?;
+            worlds[idx] = Some(matrix);
+        }
         Ok(matrix)
     }
 }

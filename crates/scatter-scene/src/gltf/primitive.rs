@@ -218,10 +218,8 @@ fn masked<'a>(
     };
     let name = format!("TEXCOORD_{}", masking.tex_coord);
     let Some(accessor) = attribute(primitive, Semantic::TexCoords(masking.tex_coord)) else {
-        materials.note(
-            material,
-            &format!("is a cut-out, but counts as opaque on {}, which has no {name}", place()),
-        );
+        materials
+            .note(material, &format!("is a cut-out, but counts as opaque where a primitive has no {name}"));
         return Ok(Cut::Whole);
     };
     let tex_coords = Elements::open(root, buffers, accessor, &TEX_COORD)?;

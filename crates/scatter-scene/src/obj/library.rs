@@ -6,7 +6,7 @@
 //! Done of the options: `-s`, `-o`, `-clamp`, `-mm`, `-imfchan`. Departures, each with a note: `d`, `Tr` and glass
 //! (`illum`) count as opaque, `-t` moves nothing, and a mask that cannot be read counts as opaque.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine2, DMat2, DVec2};
@@ -40,18 +40,17 @@ pub(super) struct Library {
     pub masks: Vec<AlphaMask>,
     pub notes: Vec<String>,
     /// What the file's statements name, each once: exporters repeat it for every object.
-    named: Vec<String>,
-    unread_colours: Vec<String>,
-    unknown: Vec<String>,
+    named: BTreeSet<String>,
+    unread_colours: BTreeSet<String>,
+    unknown: BTreeSet<String>,
 }
 
 impl Library {
     /// Reads what one `mtllib` statement names: one file whose name may hold spaces, or several.
     pub(super) fn add(&mut self, folder: &Path, names: &str) {
-        if self.named.iter().any(|known| known == names) {
+        if !self.named.insert(names.to_owned()) {
             return;
         }
-        self.named.push(names.to_owned());
         let one = found(folder, names);
         let paths: Vec<(&str, Option<PathBuf>)> = match one {
             Some(path) => vec![(names, Some(path))],
@@ -79,11 +78,8 @@ impl Library {
         match self.coverages.get(name) {
             Some(&coverage) => coverage,
             None => {
-                if !self.named.is_empty()
-                    && !name.is_empty()
-                    && !self.unknown.iter().any(|known| known == name)
-                {
-                    self.unknown.push(name.to_owned());
+                if !self.named.is_empty() && !name.is_empty() {
+                    self.unknown.insert(name.to_owned());
                 }
                 Coverage::Whole
             }
@@ -92,7 +88,7 @@ impl Library {
 
     /// The notes of all that was read.
     pub(super) fn into_notes(mut self) -> (Vec<AlphaMask>, Vec<String>) {
-        let list = |names: &[String]| {
+        let list = |names: &BTreeSet<String>| {
             let shown: Vec<String> = names.iter().take(5).map(|name| one_line(name)).collect();
             let more = if names.len() > 5 { format!(" and {} more", names.len() - 5) } else { String::new() };
             shown.join(", ") + &more
@@ -156,7 +152,7 @@ impl Library {
     }
 
     fn unread(&mut self, file: &str) -> Coverage {
-        self.unread_colours.push(file.to_owned());
+        self.unread_colours.insert(file.to_owned());
         Coverage::Whole
     }
 

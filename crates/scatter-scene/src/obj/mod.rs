@@ -14,6 +14,7 @@ mod polygon;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
@@ -106,7 +107,7 @@ struct Ignored {
     /// How many polygons cross themselves, and the line of the first.
     crossed: (usize, usize),
     /// Materials of cut-outs that some face has no texture coordinates for.
-    untextured: Vec<String>,
+    untextured: BTreeSet<String>,
 }
 
 impl Reader {
@@ -251,7 +252,7 @@ impl Reader {
                     let cutout = Cutout { triangle, mask, uv: [DVec2::ZERO; 3] };
                     self.cutouts.push(Unresolved { cutout, corners: [a, b, c], mask_from_file, line });
                 } else if !self.counts.untextured.contains(&self.material) {
-                    self.counts.untextured.push(self.material.clone());
+                    self.counts.untextured.insert(self.material.clone());
                 }
             }
         }

@@ -159,4 +159,29 @@ mod tests {
         assert_eq!(cut(&[DVec3::ZERO, DVec3::X, 2.0 * DVec3::X, DVec3::X]).0, Cut::Fan);
         assert_eq!(cut(&[DVec3::ZERO, DVec3::NAN, DVec3::X, DVec3::Y]).0, Cut::Fan);
     }
+
+    #[test]
+    fn any_polygon_is_cut_into_its_own_corners() {
+        // Small grids make repeated corners, straight edges and crossings common; scales and noise do the rest.
+        let mut state = 1u64;
+        let mut next = |bound: u64| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) % bound
+        };
+        let mut ears = 0;
+        for round in 0..20_000 {
+            let count = 4 + next(20) as usize;
+            let scale = [1.0, 1e-150, 1e12, 0.1][round % 4];
+            let corners: Vec<DVec3> = (0..count)
+                .map(|_| scale * DVec3::new(next(5) as f64, next(5) as f64, next(2) as f64 * 1e-9))
+                .collect();
+            let (cut, triangles) = cut(&corners);
+            if cut == Cut::Ears {
+                ears += 1;
+                assert!(triangles.len() <= count - 2, "{corners:?}");
+                assert!(triangles.iter().flatten().all(|&corner| (corner as usize) < count));
+            }
+        }
+        assert!(ears > 100, "{ears} were concave and whole: too few to say anything");
+    }
 }
