@@ -30,11 +30,8 @@ mod shader {
         let mut options = spv::Options { lang_version: (1, 3), ..Default::default() };
         // naga's default turns y upside down, as WebGPU has it; the pass's rows are Vulkan's own.
         options.flags.remove(spv::WriterFlags::ADJUST_COORDINATE_SPACE);
-        let entry = spv::PipelineOptions {
-            shader_stage: naga::ShaderStage::Vertex,
-            entry_point: "vertex_main".into(),
-        };
-        let words = spv::write_vec(&module, &info, &options, Some(&entry))?;
+        // All entry points in one module.
+        let words = spv::write_vec(&module, &info, &options, None)?;
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_ne_bytes()).collect();
         let out = std::env::var("OUT_DIR")?;
         std::fs::write(Path::new(&out).join("depth.spv"), bytes)?;

@@ -5,7 +5,9 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use raymarch_ref::MOST_STEPS;
 use scatter::{Camera, TECHNIQUES, Technique, technique};
-use scatter_scene::{BuiltinShot, RasterDevice, RasterOptions, Shot, builtin_shots, export, load_shot};
+use scatter_scene::{
+    BuiltinShot, RasterDevice, RasterOptions, Shot, builtin_shots, builtin_variants, export, load_shot,
+};
 use scatter_validate::staged_shot::resized;
 use scatter_validate::{Baseline, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
@@ -47,12 +49,12 @@ pub fn shots(names: &[String]) -> anyhow::Result<Vec<ShotSource>> {
 
 /// Finds a shot by its built-in name, or takes the name as a path.
 pub fn shot(name: &str) -> anyhow::Result<ShotSource> {
-    if let Some(built_in) = builtin_shots().iter().find(|shot| shot.name == name) {
+    if let Some(built_in) = BuiltinShot::find(name) {
         return Ok(ShotSource::BuiltIn(built_in));
     }
     let path = Path::new(name);
     if !path.exists() && path.extension().is_none() {
-        let known: Vec<_> = builtin_shots().iter().map(|shot| shot.name).collect();
+        let known: Vec<_> = builtin_shots().iter().chain(builtin_variants()).map(|shot| shot.name).collect();
         bail!("--shot {name}: no such file, nor a built-in shot; built in are {}", known.join(", "));
     }
     Ok(ShotSource::File(path.to_path_buf()))

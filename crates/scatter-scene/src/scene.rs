@@ -2,7 +2,9 @@
 
 use glam::{DMat4, DVec3};
 
-/// Opaque, two-sided triangles in world space, with the cameras and lights that the file names.
+use crate::cutout::{AlphaMask, Cutout};
+
+/// Two-sided triangles in world space, opaque or cut out by masks, with the cameras and lights that the file names.
 ///
 /// Vertices are f64: a glTF position is f32 times its f64 node matrix, an OBJ position is parsed as f64.
 #[derive(Debug, Clone, Default)]
@@ -11,6 +13,11 @@ pub struct Scene {
     pub positions: Vec<DVec3>,
     /// Vertex indices, three a triangle, all `< positions.len()`.
     pub triangles: Vec<[u32; 3]>,
+    /// Triangles of which only a part is there, ascending by [`Cutout::triangle`], at most one entry a triangle. All
+    /// others are opaque.
+    pub cutouts: Vec<Cutout>,
+    /// The masks that [`Self::cutouts`] name.
+    pub masks: Vec<AlphaMask>,
     /// Cameras in the order of the file's node hierarchy.
     pub cameras: Vec<SceneCamera>,
     /// KHR_lights_punctual lights in the order of the file's node hierarchy.

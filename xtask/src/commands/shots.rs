@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use scatter::{Camera, Light, Quality};
-use scatter_scene::{BuiltinShot, Shot, builtin_shots, export};
+use scatter_scene::{BuiltinShot, Shot, builtin_shots, builtin_variants, export};
 use scatter_validate::staged_shot::resized;
 use scatter_validate::{MapJudgedShot, StagedShot, Survey, survey};
 use serde::Serialize;
@@ -40,11 +40,15 @@ const SURVEY_MAP: u32 = 1024;
 
 /// Lists shots, or writes them.
 pub fn run(flags: &Shots) -> anyhow::Result<Verdict> {
-    let sources = shots(&flags.shots)?;
+    let mut sources = shots(&flags.shots)?;
+    if flags.shots.is_empty() {
+        sources.extend(builtin_variants().iter().map(ShotSource::BuiltIn));
+    }
     if let Some(folder) = &flags.export {
         check_folder(folder)?;
         let chosen: Vec<&BuiltinShot> = builtin_shots()
             .iter()
+            .chain(builtin_variants())
             .filter(|shot| flags.shots.is_empty() || flags.shots.iter().any(|name| name == shot.name))
             .collect();
         let progress = Progress::new(None, false);

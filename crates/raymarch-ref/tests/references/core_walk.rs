@@ -6,10 +6,6 @@ use scatter_core::{
     DepthMap, Frame, MapProjection, RayLight, ScatterImage, ShadowLayer, ShadowMap, VolumetricShadow,
     lit_stretches, walked_radiance,
 };
-<<<<<<< HEAD
-
-=======
->>>>>>> kit
 use scatter_testing::{MapKind, OwnedFrame, Random, Recipe};
 
 /// Stretches that rounding may add or lose at a border: a ray's parameters are of order 10, their roots good to 1e-12.

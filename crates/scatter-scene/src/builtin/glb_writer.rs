@@ -15,6 +15,16 @@ const FLOAT: u32 = 5126;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
+/// A sampler's filter and wrap.
+const NEAREST: u32 = 9728;
+const CLAMP_TO_EDGE: u32 = 33071;
+
+/// The second material, of meshes that are cut out.
+const CUT_OUT_MATERIAL: &str = concat!(
+    r#",{"name":"leaves","doubleSided":true,"alphaMode":"MASK","alphaCutoff":0.5,"#,
+    r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}"#
+);
+
 /// Chunk types of a GLB file: "JSON" and "BIN\0".
 const JSON_CHUNK: u32 = 0x4e4f_534a;
 const BIN_CHUNK: u32 = 0x004e_4942;
@@ -23,6 +33,8 @@ const BIN_CHUNK: u32 = 0x004e_4942;
 #[derive(Debug, Default)]
 pub(crate) struct GlbScene {
     meshes: Vec<(String, Mesh)>,
+    /// PNG files; a mesh with texture coordinates is cut out by the first of them.
+    textures: Vec<Vec<u8>>,
     nodes: Vec<(Option<NodeId>, Node)>,
 }
 
@@ -90,6 +102,11 @@ impl GlbScene {
         MeshId(self.meshes.len() - 1)
     }
 
+    /// Takes the texture, a PNG file, whose alpha cuts out all meshes with texture coordinates.
+    pub(crate) fn cut_out_by(&mut self, png: Vec<u8>) {
+        self.textures = vec![png];
+    }
+
     /// Hangs a node under `parent`, or at the top.
     pub(crate) fn add_node(&mut self, parent: Option<NodeId>, node: Node) -> NodeId {
         self.nodes.push((parent, node));
@@ -117,16 +134,16 @@ impl GlbScene {
                 mesh.positions.len(),
             ));
             let positions = mesh.positions.iter().flatten().flat_map(|x| x.to_le_bytes());
-            views.push(append_view(&mut binary, positions, ARRAY_BUFFER));
+            views.push(append_view(&mut binary, positions, Some(ARRAY_BUFFER)));
 
             let indices = mesh.triangles.iter().flatten();
             // 65535 itself would be the restart value, which glTF forbids.
             let (component, view) = if mesh.positions.len() <= usize::from(u16::MAX) {
                 let bytes = indices.flat_map(|&index| (index as u16).to_le_bytes());
-                (UNSIGNED_SHORT, append_view(&mut binary, bytes, ELEMENT_ARRAY_BUFFER))
+                (UNSIGNED_SHORT, append_view(&mut binary, bytes, Some(ELEMENT_ARRAY_BUFFER)))
             } else {
                 let bytes = indices.flat_map(|index| index.to_le_bytes());
-                (UNSIGNED_INT, append_view(&mut binary, bytes, ELEMENT_ARRAY_BUFFER))
+                (UNSIGNED_INT, append_view(&mut binary, bytes, Some(ELEMENT_ARRAY_BUFFER)))
             };
             accessors.push(format!(
                 r#"{{"bufferView":{},"componentType":{component},"count":{},"type":"SCALAR"}}"#,
@@ -134,22 +151,55 @@ impl GlbScene {
                 3 * mesh.triangles.len(),
             ));
             views.push(view);
+            let mut attributes = format!(r#""POSITION":{position_accessor}"#);
+            let mut material = 0;
+            if !mesh.uv.is_empty() {
+                // Writing to a string cannot fail.
+                let _ = write!(attributes, r#","TEXCOORD_0":{}"#, accessors.len());
+                accessors.push(format!(
+                    r#"{{"bufferView":{},"componentType":{FLOAT},"count":{},"type":"VEC2"}}"#,
+                    views.len(),
+                    mesh.uv.len(),
+                ));
+                let uv = mesh.uv.iter().flatten().flat_map(|x| x.to_le_bytes());
+                views.push(append_view(&mut binary, uv, Some(ARRAY_BUFFER)));
+                material = 1;
+            }
             meshes.push(format!(
-                r#"{{"name":"{name}","primitives":[{{"attributes":{{"POSITION":{position_accessor}}},"indices":{},"material":0}}]}}"#,
+                r#"{{"name":"{name}","primitives":[{{"attributes":{{{attributes}}},"indices":{},"material":{material}}}]}}"#,
                 position_accessor + 1,
             ));
+        }
+        let (mut cut_out, mut textures) = ("", String::new());
+        for png in &self.textures {
+            cut_out = CUT_OUT_MATERIAL;
+            textures = format!(
+                concat!(
+                    r#""textures":[{{"source":0,"sampler":0}}],"#,
+                    r#""samplers":[{{"magFilter":{},"minFilter":{},"wrapS":{},"wrapT":{}}}],"#,
+                    r#""images":[{{"name":"leaves","mimeType":"image/png","bufferView":{}}}],"#
+                ),
+                NEAREST,
+                NEAREST,
+                CLAMP_TO_EDGE,
+                CLAMP_TO_EDGE,
+                views.len(),
+            );
+            views.push(append_view(&mut binary, png.iter().copied(), None));
         }
         let nodes: Vec<String> = (0..self.nodes.len()).map(|index| self.node_json(index)).collect();
         let json = format!(
             concat!(
                 r#"{{"asset":{{"version":"2.0","generator":"scatter-scene"}},"scene":0,"#,
                 r#""scenes":[{{"nodes":{}}}],"nodes":[{}],"meshes":[{}],"#,
-                r#""materials":[{{"name":"matt","doubleSided":true}}],"#,
+                r#""materials":[{{"name":"matt","doubleSided":true}}{}],{}"#,
                 r#""accessors":[{}],"bufferViews":[{}],"buffers":[{{"byteLength":{}}}]}}"#
             ),
             indices_json(self.children(None)),
             nodes.join(","),
             meshes.join(","),
+            cut_out,
+            textures,
             accessors.join(","),
             views.join(","),
             binary.len(),
@@ -192,12 +242,13 @@ impl GlbScene {
 }
 
 /// Appends bytes as a buffer view of their own, on a multiple of four; returns the view's JSON.
-fn append_view(binary: &mut Vec<u8>, bytes: impl Iterator<Item = u8>, target: u32) -> String {
+fn append_view(binary: &mut Vec<u8>, bytes: impl Iterator<Item = u8>, target: Option<u32>) -> String {
     let offset = binary.len();
     binary.extend(bytes);
     let length = binary.len() - offset;
     binary.resize(binary.len().next_multiple_of(4), 0);
-    format!(r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length},"target":{target}}}"#)
+    let target = target.map(|target| format!(r#","target":{target}"#)).unwrap_or_default();
+    format!(r#"{{"buffer":0,"byteOffset":{offset},"byteLength":{length}{target}}}"#)
 }
 
 /// `[1,2,3]`.

@@ -7,7 +7,7 @@ use super::glb_writer::{GlbScene, MeshId, Node, NodeId};
 use super::mesh::Mesh;
 use super::random::Random;
 use super::terrain::{sheet, smooth_noise};
-use super::tree::{Habit, Tree};
+use super::tree::{Foliage, Habit, Tree};
 use glam::DVec3;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {
@@ -43,18 +43,23 @@ g = 0.35
 
 /// Side of the ground, and the distance of its grid lines \[m\].
 const GROUND: f64 = 120.0;
-const GROUND_CELLS: usize = 120;
+pub(super) const GROUND_CELLS: usize = 120;
 
 fn mesh_bytes() -> Vec<u8> {
     let mut scene = GlbScene::default();
-    scene.add_mesh_node("ground", ground());
-    let species = Species::grow(&mut scene);
+    scene.add_mesh_node("ground", ground(GROUND_CELLS));
+    let species = Species::grow(&mut scene, Foliage::Leaves { count: 9000, length: 0.26 });
+    plant_all(&mut scene, &species);
+    scene.to_bytes()
+}
+
+/// Plants all trees of the clearing.
+pub(super) fn plant_all(scene: &mut GlbScene, species: &Species) {
     let wood = scene.add_node(None, Node::new("trees"));
     let mut random = Random::new(2010);
     for spot in TREES {
-        species.plant(&mut scene, wood, &mut random, spot);
+        species.plant(scene, wood, &mut random, spot);
     }
-    scene.to_bytes()
 }
 
 /// Where trees stand (x, z), and how tall they are against their kind.
@@ -92,15 +97,14 @@ pub(super) struct Species(Vec<(MeshId, MeshId)>);
 
 impl Species {
     /// Grows five trees and puts their meshes into the scene.
-    pub(super) fn grow(scene: &mut GlbScene) -> Self {
+    pub(super) fn grow(scene: &mut GlbScene, foliage: Foliage) -> Self {
         let kinds = (0..5_u64).map(|kind| {
             let habit = Habit {
                 height: 10.5 + 0.6 * kind as f64,
                 bare: 0.36,
                 spread: 2.9,
                 branches: 18,
-                leaves: 9000,
-                leaf: 0.26,
+                foliage,
                 tuft: 0.55,
             };
             let tree = Tree::grow(100 + kind, &habit);
@@ -136,8 +140,8 @@ pub(super) fn ground_height(x: f64, z: f64) -> f64 {
     (height * 64.0).round() / 64.0
 }
 
-/// The ground: a sheet, not a solid.
-pub(super) fn ground() -> Mesh {
+/// The ground, of so many cells a side: a sheet, not a solid.
+pub(super) fn ground(cells: usize) -> Mesh {
     let half = GROUND / 2.0;
-    sheet([-half, -half], [half, half], [GROUND_CELLS; 2], ground_height)
+    sheet([-half, -half], [half, half], [cells; 2], ground_height)
 }

@@ -19,6 +19,8 @@ pub(crate) struct Mesh {
     pub positions: Vec<[f32; 3]>,
     /// Vertex indices, three a triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
+    /// Texture coordinates of the vertices, v down; none for a mesh without a texture.
+    pub uv: Vec<[f32; 2]>,
     known: HashMap<[u32; 3], u32>,
 }
 
@@ -38,6 +40,14 @@ impl Mesh {
     pub(crate) fn push_apart(&mut self, p: DVec3) -> u32 {
         self.positions.push(snap(p));
         self.positions.len() as u32 - 1
+    }
+
+    /// Adds a rectangle of its own that shows a whole texture: its upper left corner, and the sides along u and v.
+    pub(crate) fn card(&mut self, corner: DVec3, along_u: DVec3, along_v: DVec3) {
+        let corners = [corner, corner + along_v, corner + along_u + along_v, corner + along_u];
+        let indices = corners.map(|p| self.push_apart(p));
+        self.uv.extend([[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]]);
+        self.quad(indices);
     }
 
     /// Adds a triangle, unless two of its corners are one vertex.

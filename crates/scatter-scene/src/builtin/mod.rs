@@ -8,6 +8,7 @@ mod export;
 mod glass;
 mod glb_writer;
 mod grove;
+mod grove_cards;
 mod haze;
 mod lamp;
 mod mesh;
@@ -64,7 +65,7 @@ pub struct BuiltinFiles {
     pub others: Vec<BuiltinFile>,
 }
 
-/// All built-in shots, in the order in which tables show them.
+/// The built-in shots that every table shows, in its order.
 pub fn builtin_shots() -> &'static [BuiltinShot] {
     static SHOTS: &[BuiltinShot] = &[
         nave::SHOT,
@@ -81,10 +82,16 @@ pub fn builtin_shots() -> &'static [BuiltinShot] {
     SHOTS
 }
 
+/// Variants of built-in shots, which are rendered where they are asked for by name.
+pub fn builtin_variants() -> &'static [BuiltinShot] {
+    static VARIANTS: &[BuiltinShot] = &[grove_cards::SHOT];
+    VARIANTS
+}
+
 impl BuiltinShot {
-    /// The shot with this name.
+    /// The shot or variant with this name.
     pub fn find(name: &str) -> Option<&'static Self> {
-        builtin_shots().iter().find(|shot| shot.name == name)
+        builtin_shots().iter().chain(builtin_variants()).find(|shot| shot.name == name)
     }
 
     /// Makes the shot's files: the same bytes at every call and on every platform. Takes up to a second or two.

@@ -4,8 +4,9 @@
 
 use super::BuiltinShot;
 use super::glb_writer::{GlbScene, Node};
-use super::grove::{Species, ground};
+use super::grove::{GROUND_CELLS, Species, ground};
 use super::random::Random;
+use super::tree::Foliage;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {
     name: "sunset",
@@ -64,8 +65,8 @@ const TREES: &[(f64, f64, f64)] = &[
 
 fn mesh_bytes() -> Vec<u8> {
     let mut scene = GlbScene::default();
-    scene.add_mesh_node("ground", ground());
-    let species = Species::grow(&mut scene);
+    scene.add_mesh_node("ground", ground(GROUND_CELLS));
+    let species = Species::grow(&mut scene, Foliage::Leaves { count: 9000, length: 0.26 });
     let wood = scene.add_node(None, Node::new("trees"));
     let mut random = Random::new(2017);
     for spot in TREES {

@@ -1,6 +1,6 @@
 //! What every built-in shot promises: valid files, the same bytes everywhere, and light where it should be.
 
-use super::{BuiltinShot, builtin_shots};
+use super::{BuiltinShot, builtin_shots, builtin_variants};
 use glam::{DMat4, DVec3, Vec3};
 
 /// A triangle in world space, under the name of its mesh.
@@ -122,8 +122,9 @@ fn fnv_knows_its_published_values() {
 
 #[test]
 fn names_are_unique_and_every_shot_says_what_it_shows() {
-    for (index, shot) in builtin_shots().iter().enumerate() {
-        assert!(builtin_shots()[..index].iter().all(|other| other.name != shot.name));
+    let all: Vec<_> = builtin_shots().iter().chain(builtin_variants()).collect();
+    for (index, &shot) in all.iter().enumerate() {
+        assert!(all[..index].iter().all(|other| other.name != shot.name));
         assert!(shot.shows.len() > 40, "{}: {}", shot.name, shot.shows);
         assert!(std::ptr::eq(BuiltinShot::find(shot.name).unwrap(), shot));
     }
@@ -144,9 +145,11 @@ fn bytes_are_the_same_at_every_call_and_as_pinned() {
         ("stage", 0x2a8556ab233a812f),
         ("sunset", 0x628855302baa0588),
         ("haze", 0xdcb9397e0d06a129),
+        ("grove-cards", 0x8f5ef4135238220b),
     ];
     let found: Vec<(&str, u64)> = builtin_shots()
         .iter()
+        .chain(builtin_variants())
         .map(|shot| {
             let (first, second) = (shot.files(), shot.files());
             assert!(first == second, "{} differs from call to call", shot.name);
@@ -159,7 +162,7 @@ fn bytes_are_the_same_at_every_call_and_as_pinned() {
 
 #[test]
 fn every_shot_file_names_its_mesh_and_has_sane_numbers() {
-    for shot in builtin_shots() {
+    for shot in builtin_shots().iter().chain(builtin_variants()) {
         let table = shot_table(shot);
         assert_eq!(table["mesh"].as_str(), Some(shot.files().mesh.name.as_str()));
         assert_eq!(table["camera"]["resolution"].as_array().unwrap().len(), 2);
@@ -179,7 +182,7 @@ fn every_shot_file_names_its_mesh_and_has_sane_numbers() {
 
 #[test]
 fn every_triangle_is_in_range_finite_and_has_three_corners() {
-    for shot in builtin_shots() {
+    for shot in builtin_shots().iter().chain(builtin_variants()) {
         let triangles = world_triangles(shot);
         assert!(!triangles.is_empty());
         for Named { name, corners: [a, b, c] } in &triangles {

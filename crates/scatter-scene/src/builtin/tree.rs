@@ -1,4 +1,4 @@
-//! Trees: tubes for wood, folded rhombs for leaves, both from one seed.
+//! Trees: tubes for wood, and folded rhombs for leaves or cards with a twig's leaves painted on, all from one seed.
 
 use super::mesh::{Mesh, perpendiculars};
 use super::random::Random;
@@ -9,7 +9,7 @@ use glam::DVec3;
 pub(crate) struct Tree {
     /// Trunk and branches: closed tubes that run into each other.
     pub wood: Mesh,
-    /// Leaves: two triangles each.
+    /// Leaves, or cards: two triangles each.
     pub leaves: Mesh,
 }
 
@@ -24,12 +24,29 @@ pub(crate) struct Habit {
     pub spread: f64,
     /// Branches on the trunk.
     pub branches: usize,
-    /// Leaves of the whole tree.
-    pub leaves: usize,
-    /// Length of a leaf.
-    pub leaf: f64,
+    /// What hangs in the tufts.
+    pub foliage: Foliage,
     /// Radius of the tuft of leaves around a twig's end.
     pub tuft: f64,
+}
+
+/// What a tree's tufts are made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Foliage {
+    /// Folded rhombs.
+    Leaves {
+        /// Of the whole tree.
+        count: usize,
+        /// Length of a leaf.
+        length: f64,
+    },
+    /// Squares that show a twig with its leaves; they stand for the twigs' wood too, and the rest of it is coarser.
+    Cards {
+        /// Of the whole tree.
+        count: usize,
+        /// Side of a card.
+        side: f64,
+    },
 }
 
 impl Tree {
@@ -39,7 +56,14 @@ impl Tree {
         let mut tree = Self { wood: Mesh::default(), leaves: Mesh::default() };
         let trunk = tree.grow_trunk(&mut random, habit);
         let tufts = tree.grow_branches(&mut random, habit, &trunk);
-        tree.grow_leaves(&mut random, habit, &tufts);
+        match habit.foliage {
+            Foliage::Leaves { count, length } => {
+                tree.grow_leaves(&mut random, habit, (count, length), &tufts);
+            }
+            Foliage::Cards { count, side } => {
+                tree.grow_cards(&mut random, habit, (count, side), &tufts);
+            }
+        }
         tree
     }
 
@@ -59,7 +83,7 @@ impl Tree {
             );
             path.push((centre, foot * (1.0 - 0.85 * share)));
         }
-        self.wood.add_tube(&path, 10);
+        self.wood.add_tube(&path, if habit.is_coarse() { 6 } else { 10 });
         path
     }
 
@@ -88,7 +112,8 @@ impl Tree {
             let bend = random.direction() * 0.18 * length;
             let middle = start + heading * (0.5 * length) + 0.5 * bend;
             let end = start + heading * length + bend + DVec3::Y * (0.12 * length);
-            self.wood.add_tube(&[(start, radius), (middle, 0.6 * radius), (end, 0.2 * radius)], 6);
+            let sides = if habit.is_coarse() { 4 } else { 6 };
+            self.wood.add_tube(&[(start, radius), (middle, 0.6 * radius), (end, 0.2 * radius)], sides);
             tufts.push((end, 1.0));
 
             for twig in 0..5 {
@@ -100,7 +125,9 @@ impl Tree {
                 };
                 let side = (random.direction() + heading * 0.6 + DVec3::Y * 0.25).normalize();
                 let tip = from + side * (habit.spread * random.between(0.22, 0.45));
-                self.wood.add_tube(&[(from, 0.35 * radius), (tip, 0.1 * radius)], 5);
+                if !habit.is_coarse() {
+                    self.wood.add_tube(&[(from, 0.35 * radius), (tip, 0.1 * radius)], 5);
+                }
                 tufts.push((tip, random.between(0.65, 1.1)));
             }
         }
@@ -108,8 +135,14 @@ impl Tree {
     }
 
     /// Spreads the leaves over the tufts.
-    fn grow_leaves(&mut self, random: &mut Random, habit: &Habit, tufts: &[(DVec3, f64)]) {
-        for index in 0..habit.leaves {
+    fn grow_leaves(
+        &mut self,
+        random: &mut Random,
+        habit: &Habit,
+        (count, leaf): (usize, f64),
+        tufts: &[(DVec3, f64)],
+    ) {
+        for index in 0..count {
             let (centre, size) = tufts[index % tufts.len()];
             let offset = random.in_ball() * DVec3::new(1.0, 0.7, 1.0);
             let base = centre + offset * (habit.tuft * size);
@@ -118,7 +151,7 @@ impl Tree {
             let (sideways, across) = perpendiculars(tip_dir);
             let width_dir =
                 (sideways * random.between(0.5, 1.0) + across * random.between(-0.7, 0.7)).normalize();
-            let length = habit.leaf * random.between(0.7, 1.2);
+            let length = leaf * random.between(0.7, 1.2);
             let fold = tip_dir.cross(width_dir) * (0.12 * length);
             let left = base + tip_dir * (0.45 * length) + width_dir * (0.3 * length) + fold;
             let right = base + tip_dir * (0.45 * length) - width_dir * (0.3 * length) + fold;
@@ -127,6 +160,36 @@ impl Tree {
             self.leaves.quad(corners);
         }
     }
+
+    /// Spreads the cards over the tufts.
+    fn grow_cards(
+        &mut self,
+        random: &mut Random,
+        habit: &Habit,
+        (count, side): (usize, f64),
+        tufts: &[(DVec3, f64)],
+    ) {
+        for index in 0..count {
+            let (centre, size) = tufts[index % tufts.len()];
+            let offset = random.in_ball() * DVec3::new(1.0, 0.7, 1.0);
+            let middle = centre + offset * (0.6 * habit.tuft * size);
+            // As leaves hang and turn.
+            let down = (random.direction() + offset - DVec3::Y * 0.3).normalize_or(DVec3::X);
+            let (sideways, across) = perpendiculars(down);
+            let right =
+                (sideways * random.between(0.5, 1.0) + across * random.between(-0.7, 0.7)).normalize();
+            let side = side * size * random.between(0.8, 1.2);
+            let (right, down) = (right * side, down * side);
+            self.leaves.card(middle - 0.5 * (right + down), right, down);
+        }
+    }
+}
+
+impl Habit {
+    /// Whether its wood is to have few triangles.
+    fn is_coarse(&self) -> bool {
+        matches!(self.foliage, Foliage::Cards { .. })
+    }
 }
 
 #[cfg(test)]
@@ -134,14 +197,35 @@ mod tests {
     use super::super::mesh::tests::assert_closed;
     use super::*;
 
-    const HABIT: Habit =
-        Habit { height: 7.0, bare: 0.3, spread: 2.0, branches: 7, leaves: 901, leaf: 0.2, tuft: 0.5 };
+    const HABIT: Habit = Habit {
+        height: 7.0,
+        bare: 0.3,
+        spread: 2.0,
+        branches: 7,
+        foliage: Foliage::Leaves { count: 901, length: 0.2 },
+        tuft: 0.5,
+    };
 
     #[test]
     fn wood_is_closed_and_every_leaf_has_two_triangles() {
         let tree = Tree::grow(3, &HABIT);
         assert_closed(&tree.wood);
-        assert_eq!(tree.leaves.triangles.len(), 2 * HABIT.leaves);
+        assert_eq!(tree.leaves.triangles.len(), 2 * 901);
+    }
+
+    #[test]
+    fn cards_show_the_whole_texture_each_and_the_wood_is_still_closed() {
+        let tree = Tree::grow(3, &Habit { foliage: Foliage::Cards { count: 77, side: 0.5 }, ..HABIT });
+        assert_closed(&tree.wood);
+        assert!(tree.wood.triangles.len() < Tree::grow(3, &HABIT).wood.triangles.len() / 3);
+        assert_eq!((tree.leaves.triangles.len(), tree.leaves.uv.len()), (2 * 77, 4 * 77));
+        for [a, b, c] in &tree.leaves.triangles {
+            let [a, b, c] =
+                [a, b, c].map(|&index| DVec3::from(tree.leaves.positions[index as usize].map(f64::from)));
+            // Half a square of some tenths of a metre, on a grid of a quarter of a millimetre.
+            let (area, sides) = ((b - a).cross(c - a).length(), (b - a).length().min((c - b).length()));
+            assert!((area / (sides * sides) - 1.0).abs() < 0.01, "{a} {b} {c}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Ray casts against a scene: an f32 tree proposes triangles, f64 arithmetic on welded vertices decides.
 
 mod bvh;
+mod cards;
 mod map_casts;
 mod ray_plane;
 mod ray_walk;
@@ -12,6 +13,7 @@ use crate::load::MAX_COORDINATE;
 use crate::scene::Scene;
 
 pub(crate) use bvh::{Bvh, F32_ROUNDING, Node, Pending};
+pub(crate) use cards::{Card, Cards};
 #[cfg(feature = "raster")]
 pub(crate) use map_casts::TexelLines;
 pub(crate) use ray_plane::{PlanePoint, RayPlane, Segment};
@@ -19,7 +21,8 @@ use ray_walk::RayWalk;
 
 /// A scene made ready for ray casts: f64 vertices, welded, and a tree over its triangles.
 ///
-/// Triangles block from both sides. Hits are f64 throughout and watertight: a ray never slips between two triangles
+/// Triangles block from both sides; a hit on a texel of a cut-out that is not there is passed through, and the walk goes
+/// on behind it. Hits are f64 throughout and watertight: a ray never slips between two triangles
 /// that share an edge or a vertex.
 #[derive(Debug)]
 pub struct SceneCaster {
@@ -27,6 +30,7 @@ pub struct SceneCaster {
     positions: Vec<DVec3>,
     /// Indices into `positions`, ascending within a triangle, in the order of the tree's leaves.
     triangles: Vec<[u32; 3]>,
+    cards: Cards,
     bvh: Bvh,
     bounds: Option<(DVec3, DVec3)>,
 }
@@ -67,6 +71,14 @@ pub enum CasterError {
         /// How many there may be.
         limit: usize,
     },
+    /// A cut-out that is none.
+    #[error("cut-out {index} {problem}")]
+    BadCutout {
+        /// Its index in [`Scene::cutouts`].
+        index: usize,
+        /// What is wrong, and the cure.
+        problem: &'static str,
+    },
 }
 
 /// obvhs numbers up to twice as many nodes in 32 bits.
@@ -93,21 +105,22 @@ impl SceneCaster {
                 return Err(CasterError::BadIndex { triangle, vertex, count });
             }
         }
+        cards::check(scene)?;
         let welded = weld::weld(&scene.positions);
-        let triangles: Vec<[u32; 3]> = scene
-            .triangles
-            .iter()
-            .map(|triangle| {
-                let mut indices = triangle.map(|index| welded.index_of[index as usize]);
-                indices.sort_unstable();
-                indices
-            })
-            .filter(|[a, b, c]| a != b && b != c)
-            .collect();
-        Ok(Self::of_welded(welded.positions, triangles))
-    }
-
-    fn of_welded(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Self {
+        let of_welded = |triangle: &[u32; 3]| {
+            let mut indices = triangle.map(|index| welded.index_of[index as usize]);
+            indices.sort_unstable();
+            indices
+        };
+        let has_area = |[a, b, c]: &[u32; 3]| a != b && b != c;
+        let triangles: Vec<[u32; 3]> = scene.triangles.iter().map(of_welded).filter(has_area).collect();
+        // The number in the scene of each that is kept.
+        let kept: Vec<u32> = if scene.cutouts.is_empty() {
+            Vec::new()
+        } else {
+            (0..).zip(&scene.triangles).filter(|(_, t)| has_area(&of_welded(t))).map(|(n, _)| n).collect()
+        };
+        let positions = welded.positions;
         // Of the triangles, not of stray vertices.
         let bounds =
             triangles.iter().flatten().map(|&index| positions[index as usize]).fold(None, |bounds, p| {
@@ -116,8 +129,13 @@ impl SceneCaster {
             });
         let (bvh, order) = Bvh::build(&positions, &triangles, bounds.unwrap_or_default());
         let mut triangles: Vec<[u32; 3]> = order.iter().map(|&index| triangles[index as usize]).collect();
-        let positions = in_order_of_use(&positions, &mut triangles);
-        Self { positions, triangles, bvh, bounds }
+        let (positions, renumbered) = in_order_of_use(&positions, &mut triangles);
+        let cards = Cards::new(scene, &triangles, |leaf, corner| {
+            let source = kept[order[leaf] as usize];
+            let vertex = scene.triangles[source as usize][corner];
+            (source, renumbered[welded.index_of[vertex as usize] as usize])
+        });
+        Ok(Self { positions, triangles, cards, bvh, bounds })
     }
 
     /// Lowest and highest corner of all triangles, world space; `None` without triangles.
@@ -134,7 +152,7 @@ impl SceneCaster {
     pub fn memory_bytes(&self) -> u64 {
         let vertices = self.positions.capacity() * size_of::<DVec3>();
         let triangles = self.triangles.capacity() * size_of::<[u32; 3]>();
-        (vertices + triangles) as u64 + self.bvh.memory_bytes()
+        (vertices + triangles) as u64 + self.cards.memory_bytes() + self.bvh.memory_bytes()
     }
 
     /// Distance > 0 to the first surface along the ray from `start` (world space) in the unit direction `along`, not
@@ -169,6 +187,31 @@ impl SceneCaster {
         self.triangles[triangle as usize].map(|index| self.positions[index as usize])
     }
 
+    /// The cut-outs among the triangles.
+    pub(crate) fn cards(&self) -> &Cards {
+        &self.cards
+    }
+
+    /// Where the plane's ray meets a triangle: at a distance that may be negative; `None` where it passes.
+    #[inline]
+    fn meeting(&self, plane: &RayPlane, triangle: u32) -> Option<f64> {
+        let corners = self.corners(triangle);
+        let segment = plane.cut(corners)?;
+        let crossing = segment.crossing()?;
+        match self.cards.get(triangle) {
+            Some(card) if !self.is_there(plane, corners, &segment, card) => None,
+            _ => Some(crossing),
+        }
+    }
+
+    /// Whether a card has a texel where its segment crosses the plane's ray.
+    #[cold]
+    fn is_there(&self, plane: &RayPlane, corners: [DVec3; 3], segment: &Segment, card: &Card) -> bool {
+        let [a, b] = plane.carried(corners, card.texels);
+        let share = segment.crossing_share().unwrap_or(0.0);
+        self.cards.mask(card).is_there_at(a + (b - a) * share)
+    }
+
     /// The first crossing of the plane's ray with a surface, in (0, limit].
     pub(crate) fn first_crossing(&self, plane: &RayPlane, limit: f64) -> Option<f64> {
         let walk = RayWalk::new(&self.bvh, plane.reference + plane.start, plane.along)?;
@@ -176,7 +219,7 @@ impl SceneCaster {
         walk.visit(limit, |start, count, limit| {
             let mut limit = limit;
             for triangle in start..start + count {
-                if let Some(x) = plane.cut(self.corners(triangle)).and_then(|segment| segment.crossing())
+                if let Some(x) = self.meeting(plane, triangle)
                     && x > 0.0
                     && x <= limit
                 {
@@ -195,10 +238,8 @@ impl SceneCaster {
             return false;
         };
         let end = walk.visit(limit, |start, count, limit| {
-            let hit = (start..start + count).any(|triangle| {
-                let crossing = plane.cut(self.corners(triangle)).and_then(|segment| segment.crossing());
-                crossing.is_some_and(|x| x > 0.0 && x <= limit)
-            });
+            let hit = (start..start + count)
+                .any(|triangle| self.meeting(plane, triangle).is_some_and(|x| x > 0.0 && x <= limit));
             if hit { f64::NEG_INFINITY } else { limit }
         });
         end == f64::NEG_INFINITY
@@ -206,8 +247,9 @@ impl SceneCaster {
 }
 
 /// Renumbers the vertices in the order in which the triangles use them first, so that neighbours in the tree are
-/// neighbours in memory; drops those that none uses. Indices ascend again within each triangle afterwards.
-fn in_order_of_use(positions: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
+/// neighbours in memory; drops those that none uses. Indices ascend again within each triangle afterwards. Returns the
+/// positions, and the new number of each old vertex.
+fn in_order_of_use(positions: &[DVec3], triangles: &mut [[u32; 3]]) -> (Vec<DVec3>, Vec<u32>) {
     const UNUSED: u32 = u32::MAX;
     let mut renumbered = vec![UNUSED; positions.len()];
     let mut used = Vec::new();
@@ -223,5 +265,5 @@ fn in_order_of_use(positions: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<DVec3
         triangle.sort_unstable();
     }
     used.shrink_to_fit();
-    used
+    (used, renumbered)
 }

@@ -12,7 +12,7 @@
 //! Ray-cast truth takes the plane that holds the light's rays and reads the shadow off the same segments
 //! (`truth::shadow_plane`), so a shadow that begins at a surface begins at the very number at which the ray ends.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A ray and a plane through it, in f64.
 #[derive(Debug, Clone, Copy)]
@@ -76,14 +76,40 @@ impl RayPlane {
             Segment(edge(0, 2), edge(1, 2))
         })
     }
+
+    /// What a triangle carries at the two ends of its [`Self::cut`], where `carried` is linear over it; for triangles
+    /// that have one. By the weights of the cut itself.
+    pub fn carried(&self, vertices: [DVec3; 3], carried: [DVec2; 3]) -> [DVec2; 2] {
+        let d = vertices.map(|p| self.normal.dot((p - self.reference) - self.start));
+        let above = d.map(|d| d >= 0.0);
+        let edge = |a: usize, b: usize| carried[a] + (carried[b] - carried[a]) * (d[a] / (d[a] - d[b]));
+        if above[0] != above[1] {
+            [edge(0, 1), if above[0] != above[2] { edge(0, 2) } else { edge(1, 2) }]
+        } else {
+            [edge(0, 2), edge(1, 2)]
+        }
+    }
 }
 
 impl Segment {
     /// Where the segment crosses the ray, as a distance from the ray's start (negative: behind it).
     #[inline]
     pub fn crossing(&self) -> Option<f64> {
+        self.crossing_share().map(|share| self.0.x + (self.1.x - self.0.x) * share)
+    }
+
+    /// The share of the segment before its [`Self::crossing`], from its first end.
+    #[inline]
+    pub fn crossing_share(&self) -> Option<f64> {
         let Self(a, b) = self;
-        ((a.y >= 0.0) != (b.y >= 0.0)).then(|| a.x + (b.x - a.x) * (a.y / (a.y - b.y)))
+        ((a.y >= 0.0) != (b.y >= 0.0)).then(|| a.y / (a.y - b.y))
+    }
+
+    /// The point behind a share of it.
+    #[inline]
+    pub fn at(&self, share: f64) -> PlanePoint {
+        let Self(a, b) = self;
+        PlanePoint { x: a.x + (b.x - a.x) * share, y: a.y + (b.y - a.y) * share }
     }
 }
 

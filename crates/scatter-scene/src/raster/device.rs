@@ -70,6 +70,8 @@ pub(super) struct Device {
     pub largest_index: u32,
     /// Texels along a side of the largest map.
     pub largest_map: u32,
+    /// Most bytes that a shader can see of one buffer.
+    pub largest_storage: u32,
     /// Step of the grid that vertices are moved to \[texels\].
     pub grid: f64,
     info: DeviceInfo,
@@ -130,6 +132,7 @@ impl Device {
             memory,
             largest_index: if wide_indices { u32::MAX } else { limits.max_draw_indexed_index_value },
             largest_map,
+            largest_storage: limits.max_storage_buffer_range,
             grid: 0.5f64.powi(limits.sub_pixel_precision_bits.min(i32::MAX as u32) as i32),
             info,
             queue: Mutex::new(empty),

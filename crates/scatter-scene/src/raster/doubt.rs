@@ -7,13 +7,17 @@
 //! - *coverage* can differ only where a texel's centre lies within the reach of a projected edge (silhouettes, but also
 //!   cracks along T-joints and slivers that vanish);
 //! - *depth* elsewhere is the triangle's own at a place within the reach, so it is off by at most the depth's slope
-//!   times the reach: more than [`TOLERANCE`] only on surfaces seen nearly edge on.
+//!   times the reach: more than [`TOLERANCE`] only on surfaces seen nearly edge on;
+//! - *a cut-out's texel* can be another one only next to the borders of its mask (`mask_doubt.rs`).
 //!
-//! Both kinds of texels are found in f64 from the triangles themselves, and only where the triangle is not hidden by
+//! All kinds of texels are found in f64 from the triangles themselves, and only where the triangle is not hidden by
 //! what was drawn. They are few: a texel that an edge runs through is in doubt with a chance of about 1 %.
 
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
+
+use super::mask_doubt::MaskOnScreen;
+use crate::caster::{Cards, SceneCaster};
 
 /// A pass's projection in f64, with what the device's arithmetic may do to it.
 #[derive(Debug, Clone, Copy)]
@@ -58,23 +62,46 @@ const SMALLEST_W: f64 = 1e-9;
 /// Triangles of one task: long enough to be worth it, short enough to share.
 const TASK: usize = 1 << 13;
 
+/// What was drawn.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Occluders<'a> {
+    /// World space.
+    pub positions: &'a [DVec3],
+    pub triangles: &'a [[u32; 3]],
+    /// Those that are cut out.
+    pub cards: &'a Cards,
+}
+
+impl<'a> Occluders<'a> {
+    /// All of a caster's.
+    pub fn of(caster: &'a SceneCaster) -> Self {
+        let (positions, triangles) = caster.welded();
+        Self { positions, triangles, cards: caster.cards() }
+    }
+}
+
 /// Texels in doubt of a drawn map, ascending, each once: indices into `[row][column]`. `step` is the device's grid
 /// \[texels\], `texels` the depths as drawn.
 pub(super) fn texels_in_doubt(
     screen: &Screen,
     step: f64,
-    positions: &[DVec3],
-    triangles: &[[u32; 3]],
+    occluders: &Occluders<'_>,
     texels: &[f32],
 ) -> Vec<u32> {
+    let Occluders { positions, triangles, cards } = *occluders;
     let corners: Vec<DVec4> = positions.par_iter().map(|p| screen.corner(*p)).collect();
     let walk = Walk { screen, reach: screen.reach(step), texels };
     let mut found: Vec<u32> = triangles
         .par_chunks(TASK)
-        .flat_map_iter(|triangles| {
+        .enumerate()
+        .flat_map_iter(|(task, triangles)| {
             let mut found = Vec::new();
-            for triangle in triangles {
-                walk.triangle(triangle.map(|index| corners[index as usize]), &mut found);
+            for (number, triangle) in ((task * TASK) as u32..).zip(triangles) {
+                let corners = triangle.map(|index| corners[index as usize]);
+                let card = cards
+                    .get(number)
+                    .map(|card| MaskOnScreen::new(cards.mask(card), card.texels, corners, screen.size));
+                walk.triangle(corners, card.as_ref(), &mut found);
             }
             found
         })
@@ -122,7 +149,8 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    fn triangle(&self, corners: [DVec4; 3], found: &mut Vec<u32>) {
+    /// `card` is for a cut-out; `Some(None)` for one that is seen edge on.
+    fn triangle(&self, corners: [DVec4; 3], card: Option<&Option<MaskOnScreen<'_>>>, found: &mut Vec<u32>) {
         let smallest = match self.screen.depth {
             ScreenDepth::Itself => f64::MIN_POSITIVE,
             ScreenDepth::MinusReciprocal => SMALLEST_W * self.screen.range,
@@ -153,6 +181,9 @@ impl Walk<'_> {
         for (index, &a) in polygon.iter().enumerate() {
             self.edge(a, polygon[(index + 1) % count], found);
         }
+        if let Some(card) = card {
+            self.borders(polygon, slope, [low.z, high.z], rows, card.as_ref(), found);
+        }
     }
 
     /// Whether the reach moves a surface's depth by more than the tolerance where `v/w` is `v`.
@@ -170,13 +201,18 @@ impl Walk<'_> {
         (first <= last).then_some([first as u32, last as u32])
     }
 
+    /// Whether what was drawn at a texel does not hide `v`.
+    #[inline]
+    fn is_seen(&self, column: u32, row: u32, v: f64) -> bool {
+        let drawn = f64::from(self.texels[(row * self.screen.size[0] + column) as usize]);
+        self.screen.depth_of(v) <= drawn + HIDDEN * self.screen.range
+    }
+
     /// Takes the texel unless what was drawn there hides `v`.
     #[inline]
     fn take(&self, column: u32, row: u32, v: f64, found: &mut Vec<u32>) {
-        let index = row * self.screen.size[0] + column;
-        let drawn = f64::from(self.texels[index as usize]);
-        if self.screen.depth_of(v) <= drawn + HIDDEN * self.screen.range {
-            found.push(index);
+        if self.is_seen(column, row, v) {
+            found.push(row * self.screen.size[0] + column);
         }
     }
 
@@ -226,6 +262,35 @@ impl Walk<'_> {
                 // A clamped NaN stays NaN, and is steep.
                 if self.is_steep(slope, v) {
                     self.take(column, row, nearest, found);
+                }
+            }
+        }
+    }
+}
+
+impl Walk<'_> {
+    /// The texels of a cut-out next to the borders of its mask.
+    fn borders(
+        &self,
+        polygon: &[DVec3],
+        slope: DVec2,
+        [nearest, farthest]: [f64; 2],
+        [first, last]: [u32; 2],
+        card: Option<&MaskOnScreen<'_>>,
+        found: &mut Vec<u32>,
+    ) {
+        let width = self.screen.size[0];
+        let reach = (slope.x.abs() + slope.y.abs()) * self.reach;
+        for row in first..=last {
+            let y = f64::from(row) + 0.5;
+            let Some(span) = span(polygon, y - self.reach, y + self.reach) else { continue };
+            let Some([first, last]) = self.centres(span[0], span[1], width) else { continue };
+            for column in first..=last {
+                let place = DVec2::new(f64::from(column) + 0.5, y);
+                let v = polygon[0].z + slope.dot(place - polygon[0].truncate()) - reach;
+                let is_seen = self.is_seen(column, row, v.clamp(nearest, farthest));
+                if is_seen && card.is_none_or(|card| card.is_in_doubt(place, self.reach)) {
+                    found.push(row * width + column);
                 }
             }
         }
@@ -305,6 +370,12 @@ mod tests {
         Screen { rows, depth: ScreenDepth::MinusReciprocal, ..parallel() }
     }
 
+    /// Of one opaque triangle.
+    fn doubts_of(screen: &Screen, corners: &[DVec3; 3], texels: &[f32]) -> Vec<u32> {
+        let occluders = Occluders { positions: corners, triangles: &[[0, 1, 2]], cards: &Cards::default() };
+        texels_in_doubt(screen, STEP, &occluders, texels)
+    }
+
     /// Numbers in [0, 1), the same every time.
     fn random(seed: u64) -> impl FnMut() -> f64 {
         let mut random = scatter_testing::Random(seed);
@@ -337,7 +408,7 @@ mod tests {
             };
             let corners = [corner(), corner(), corner()];
             let screen = parallel();
-            let doubts = texels_in_doubt(&screen, STEP, &corners, &[[0, 1, 2]], &empty);
+            let doubts = doubts_of(&screen, &corners, &empty);
             assert!(doubts.is_sorted() && doubts.iter().all(|&index| index < SIZE[0] * SIZE[1]));
             doubted += doubts.len();
             // Each corner on its own to any side, as far as the grid may move it.
@@ -369,11 +440,11 @@ mod tests {
         let at = |x: f64, y: f64| DVec3::new(x, y, 2.0);
         let corners = [at(5.125, 4.125), at(35.125, 4.125), at(5.125, 24.125)];
         let empty = vec![f32::INFINITY; (SIZE[0] * SIZE[1]) as usize];
-        let doubts = texels_in_doubt(&parallel(), STEP, &corners, &[[0, 1, 2]], &empty);
+        let doubts = doubts_of(&parallel(), &corners, &empty);
         // y = 24.125 − 2(x − 5.125)/3: at centres 3y + 2x is a whole and a half; on the edge it is 82.625.
         assert_eq!(doubts, Vec::<u32>::new());
         let through = corners.map(|p| p + DVec3::new(0.375, 0.0, 0.0));
-        let doubts = texels_in_doubt(&parallel(), STEP, &through, &[[0, 1, 2]], &empty);
+        let doubts = doubts_of(&parallel(), &through, &empty);
         // The left leg runs through the centres of column 5, rows 4 to 23.
         assert_eq!(doubts, (4..24).map(|row| row * SIZE[0] + 5).collect::<Vec<_>>());
     }
@@ -383,7 +454,7 @@ mod tests {
         let corners = [DVec3::new(5.5, 4.0, 6.0), DVec3::new(30.5, 4.0, 6.0), DVec3::new(5.5, 29.0, 6.0)];
         let doubts = |drawn: f32| {
             let texels = vec![drawn; (SIZE[0] * SIZE[1]) as usize];
-            texels_in_doubt(&parallel(), STEP, &corners, &[[0, 1, 2]], &texels).len()
+            doubts_of(&parallel(), &corners, &texels).len()
         };
         assert_eq!(doubts(5.9), 0);
         assert!(doubts(6.0) > 20 && doubts(f32::INFINITY) == doubts(6.0));
@@ -395,7 +466,7 @@ mod tests {
         let far = 1e3;
         let corners = [DVec3::new(-far, 0.5, -far), DVec3::new(far, 0.5, -far), DVec3::new(0.0, 0.5, RANGE)];
         let empty = vec![f32::INFINITY; (SIZE[0] * SIZE[1]) as usize];
-        let doubts = texels_in_doubt(&perspective(), STEP, &corners, &[[0, 1, 2]], &empty);
+        let doubts = doubts_of(&perspective(), &corners, &empty);
         // Depth at a row's centre y is ½·16.5/(y − 16.5), so half a step of the grid, 1/512 texel, moves it by
         // 8.25/512/(y − 16.5)²: by more than 2e-5·10 where y − 16.5 < 8.98, up to row 24. Row 17 sees its tip.
         let rows: Vec<u32> = doubts.iter().map(|index| index / SIZE[0]).collect();

@@ -63,6 +63,16 @@ pub enum RasterError {
         /// Vertices that an index may name.
         limit: u32,
     },
+    /// The masks of the scene's cut-outs are larger than what a shader of this device can see. Cure: ray casts.
+    #[error(
+        "the cut-outs' masks take {bytes} bytes and the device can read {limit}; choose ray casts or smaller textures"
+    )]
+    MasksTooLarge {
+        /// Bytes of all masks, a bit a texel.
+        bytes: u64,
+        /// Bytes that one buffer may have.
+        limit: u64,
+    },
     /// The device has no memory left. Cure: a smaller map, or ray casts.
     #[error("the device has no {bytes} bytes for {what}; choose a smaller map or ray casts")]
     OutOfMemory {

@@ -23,9 +23,17 @@ const UPLOAD_BYTES: usize = 16 << 20;
 const INDICES_A_DRAW: u64 = 3 << 24;
 
 impl Mesh {
-    /// Uploads the caster's welded triangles, relative to its centre.
+    /// Uploads the caster's welded triangles, relative to its centre; without those that are cut out.
     pub fn new(device: &Arc<Device>, caster: &SceneCaster) -> Result<Self, RasterError> {
         let (positions, triangles) = caster.welded();
+        let opaque: Vec<[u32; 3]>;
+        let triangles = if caster.cards().is_empty() {
+            triangles
+        } else {
+            let all = (0..).zip(triangles);
+            opaque = all.filter(|(index, _)| caster.cards().get(*index).is_none()).map(|(_, t)| *t).collect();
+            &opaque
+        };
         if triangles.is_empty() {
             return Ok(Self { buffers: None, index_count: 0 });
         }
@@ -78,7 +86,7 @@ impl Mesh {
 }
 
 /// A buffer of `count` items, filled piece by piece: `fill(index of the first, items)`.
-fn upload<T: bytemuck::Pod>(
+pub(super) fn upload<T: bytemuck::Pod>(
     device: &Arc<Device>,
     what: &'static str,
     usage: vk::BufferUsageFlags,
@@ -98,8 +106,14 @@ fn upload<T: bytemuck::Pod>(
             let readable = [vk::MemoryBarrier2::default()
                 .src_stage_mask(vk::PipelineStageFlags2::COPY)
                 .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-                .dst_stage_mask(vk::PipelineStageFlags2::VERTEX_INPUT)
-                .dst_access_mask(vk::AccessFlags2::VERTEX_ATTRIBUTE_READ | vk::AccessFlags2::INDEX_READ)];
+                .dst_stage_mask(
+                    vk::PipelineStageFlags2::VERTEX_INPUT | vk::PipelineStageFlags2::FRAGMENT_SHADER,
+                )
+                .dst_access_mask(
+                    vk::AccessFlags2::VERTEX_ATTRIBUTE_READ
+                        | vk::AccessFlags2::INDEX_READ
+                        | vk::AccessFlags2::SHADER_STORAGE_READ,
+                )];
             let dependency = vk::DependencyInfo::default().memory_barriers(&readable);
             // SAFETY: the command buffer is recording; both buffers live until `run` returns and hold the regions.
             unsafe {

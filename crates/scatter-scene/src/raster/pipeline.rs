@@ -1,10 +1,13 @@
-//! The depth-only pipelines: one vertex stage, two-sided, no bias; one clamps depth, the other clips it.
+//! The depth-only pipelines: two-sided, no bias; one clamps depth, the other clips it. For cut-outs the same two, with a
+//! fragment stage that discards.
 
+use std::mem::offset_of;
 use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
+use super::cards::CardVertex;
 use super::device::Device;
 use super::error::{RasterError, Tried as _};
 
@@ -36,26 +39,47 @@ pub(super) struct PassBlock {
 
 pub(super) struct Pipelines {
     pub layout: vk::PipelineLayout,
-    clamped: vk::Pipeline,
-    clipped: vk::Pipeline,
+    /// Of the masks' bits, for cut-outs.
+    pub masks: vk::DescriptorSetLayout,
+    opaque: Pair,
+    /// Null handles for a scene without cut-outs.
+    cards: Pair,
     device: Arc<Device>,
 }
 
-/// SPIR-V of `depth.wgsl`'s vertex stage.
+/// One pipeline that clamps depth to the map's range, and one that clips what is outside of it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pair {
+    clamped: vk::Pipeline,
+    clipped: vk::Pipeline,
+}
+
+/// SPIR-V of all of `depth.wgsl`.
 static DEPTH_SPIRV: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/depth.spv"));
 
 impl Pipelines {
-    pub fn new(device: &Arc<Device>) -> Result<Self, RasterError> {
+    /// The pipelines; those for cut-outs only where they are needed.
+    pub fn new(device: &Arc<Device>, has_cards: bool) -> Result<Self, RasterError> {
         let mut pipelines = Self {
             layout: vk::PipelineLayout::null(),
-            clamped: vk::Pipeline::null(),
-            clipped: vk::Pipeline::null(),
+            masks: vk::DescriptorSetLayout::null(),
+            opaque: Pair::default(),
+            cards: Pair::default(),
             device: device.clone(),
         };
+        let bindings = [vk::DescriptorSetLayoutBinding::default()
+            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+            .descriptor_count(1)
+            .stage_flags(vk::ShaderStageFlags::FRAGMENT)];
+        let masks = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: the device lives, and every device has storage buffers in its fragment stage.
+        pipelines.masks = unsafe { device.raw.create_descriptor_set_layout(&masks, None) }
+            .tried("create a descriptor set layout")?;
+        let sets = [pipelines.masks];
         let ranges = [vk::PushConstantRange::default()
             .stage_flags(vk::ShaderStageFlags::VERTEX)
             .size(size_of::<PassBlock>() as u32)];
-        let layout = vk::PipelineLayoutCreateInfo::default().push_constant_ranges(&ranges);
+        let layout = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets).push_constant_ranges(&ranges);
         // SAFETY: the device lives; 96 bytes are within the 128 that every device has.
         pipelines.layout =
             unsafe { device.raw.create_pipeline_layout(&layout, None) }.tried("create a pipeline layout")?;
@@ -64,7 +88,7 @@ impl Pipelines {
         // SAFETY: the words are a module that naga wrote and validated.
         let module =
             unsafe { device.raw.create_shader_module(&module, None) }.tried("create a shader module")?;
-        let made = pipelines.create(module);
+        let made = pipelines.create(module, has_cards);
         // SAFETY: the module is not needed once the pipelines are there.
         unsafe { device.raw.destroy_shader_module(module, None) };
         made.map(|()| pipelines)
@@ -72,34 +96,55 @@ impl Pipelines {
 
     /// The pipeline that clamps depth to the map's range, or the one that clips what is outside of it.
     pub fn get(&self, clamp: bool) -> vk::Pipeline {
-        if clamp { self.clamped } else { self.clipped }
+        self.opaque.get(clamp)
     }
 
-    fn create(&mut self, module: vk::ShaderModule) -> Result<(), RasterError> {
-        self.clamped = self.one(module, true)?;
-        self.clipped = self.one(module, false)?;
+    /// The same for cut-outs.
+    pub fn for_cards(&self, clamp: bool) -> vk::Pipeline {
+        self.cards.get(clamp)
+    }
+
+    fn create(&mut self, module: vk::ShaderModule, has_cards: bool) -> Result<(), RasterError> {
+        self.opaque.clamped = self.one(module, true, false)?;
+        self.opaque.clipped = self.one(module, false, false)?;
+        if has_cards {
+            self.cards.clamped = self.one(module, true, true)?;
+            self.cards.clipped = self.one(module, false, true)?;
+        }
         Ok(())
     }
 
-    fn one(&self, module: vk::ShaderModule, clamp: bool) -> Result<vk::Pipeline, RasterError> {
-        let stages = [vk::PipelineShaderStageCreateInfo::default()
-            .stage(vk::ShaderStageFlags::VERTEX)
-            .module(module)
-            .name(c"vertex_main")];
-        let bindings = [vk::VertexInputBindingDescription::default().stride(size_of::<Vertex>() as u32)];
-        let attribute = |location: u32, offset: usize| {
+    fn one(&self, module: vk::ShaderModule, clamp: bool, cards: bool) -> Result<vk::Pipeline, RasterError> {
+        let stage = |stage: vk::ShaderStageFlags, name: &'static std::ffi::CStr| {
+            vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module).name(name)
+        };
+        let opaque_stages = [stage(vk::ShaderStageFlags::VERTEX, c"vertex_main")];
+        let card_stages = [
+            stage(vk::ShaderStageFlags::VERTEX, c"card_vertex"),
+            stage(vk::ShaderStageFlags::FRAGMENT, c"card_fragment"),
+        ];
+        let stages: &[_] = if cards { &card_stages } else { &opaque_stages };
+        let stride = if cards { size_of::<CardVertex>() } else { size_of::<Vertex>() };
+        let bindings = [vk::VertexInputBindingDescription::default().stride(stride as u32)];
+        let attribute = |location: u32, format: vk::Format, offset: usize| {
             vk::VertexInputAttributeDescription::default()
                 .location(location)
-                .format(vk::Format::R32G32B32_SFLOAT)
+                .format(format)
                 .offset(offset as u32)
         };
-        let attributes = [
-            attribute(0, std::mem::offset_of!(Vertex, high)),
-            attribute(1, std::mem::offset_of!(Vertex, low)),
+        let place = vk::Format::R32G32B32_SFLOAT;
+        let opaque_attributes =
+            [attribute(0, place, offset_of!(Vertex, high)), attribute(1, place, offset_of!(Vertex, low))];
+        let card_attributes = [
+            attribute(0, place, offset_of!(CardVertex, high)),
+            attribute(1, place, offset_of!(CardVertex, low)),
+            attribute(2, vk::Format::R32G32_SFLOAT, offset_of!(CardVertex, texel)),
+            attribute(3, vk::Format::R32G32B32A32_UINT, offset_of!(CardVertex, mask)),
         ];
+        let attributes: &[_] = if cards { &card_attributes } else { &opaque_attributes };
         let input = vk::PipelineVertexInputStateCreateInfo::default()
             .vertex_binding_descriptions(&bindings)
-            .vertex_attribute_descriptions(&attributes);
+            .vertex_attribute_descriptions(attributes);
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
             .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
@@ -123,7 +168,7 @@ impl Pipelines {
         let mut rendering =
             vk::PipelineRenderingCreateInfo::default().depth_attachment_format(vk::Format::D32_SFLOAT);
         let infos = [vk::GraphicsPipelineCreateInfo::default()
-            .stages(&stages)
+            .stages(stages)
             .vertex_input_state(&input)
             .input_assembly_state(&assembly)
             .viewport_state(&viewport)
@@ -141,22 +186,28 @@ impl Pipelines {
     }
 }
 
+impl Pair {
+    fn get(self, clamp: bool) -> vk::Pipeline {
+        if clamp { self.clamped } else { self.clipped }
+    }
+}
+
 impl Drop for Pipelines {
     fn drop(&mut self) {
-        // SAFETY: all three are its own, and every submission that used them was waited for; null handles are
-        // ignored.
+        // SAFETY: all are its own, and every submission that used them was waited for; null handles are ignored.
         unsafe {
-            self.device.raw.destroy_pipeline(self.clamped, None);
-            self.device.raw.destroy_pipeline(self.clipped, None);
+            for Pair { clamped, clipped } in [self.opaque, self.cards] {
+                self.device.raw.destroy_pipeline(clamped, None);
+                self.device.raw.destroy_pipeline(clipped, None);
+            }
             self.device.raw.destroy_pipeline_layout(self.layout, None);
+            self.device.raw.destroy_descriptor_set_layout(self.masks, None);
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::mem::offset_of;
-
     use super::*;
 
     /// Offsets as naga lays the shader's structs out.
@@ -173,6 +224,8 @@ mod tests {
             ("Pass.reference_low", offset_of!(PassBlock, reference_low)),
             ("Pass", size_of::<PassBlock>()),
         ];
-        assert_eq!(LAYOUT, host);
+        // The structs between two stages have no layout of the host's.
+        let shared: Vec<_> = LAYOUT.iter().filter(|(name, _)| !name.starts_with("CardPoint")).collect();
+        assert_eq!(shared, host.iter().collect::<Vec<_>>());
     }
 }

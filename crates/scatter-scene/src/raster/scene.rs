@@ -7,8 +7,9 @@ use glam::DMat4;
 use rayon::prelude::*;
 use scatter_core::{Camera, MapError, MapProjection, MapSource, ModelError};
 
+use super::cards::Cards;
 use super::device::RasterDevice;
-use super::doubt::texels_in_doubt;
+use super::doubt::{Occluders, texels_in_doubt};
 use super::error::RasterError;
 use super::mesh::Mesh;
 use super::pass::{DepthPass, SceneBox};
@@ -26,6 +27,8 @@ pub struct RasterScene {
     decides: bool,
     pipelines: Pipelines,
     mesh: Mesh,
+    /// None for a scene without cut-outs.
+    cards: Option<Cards>,
     /// None for a scene without triangles.
     scene: Option<SceneBox>,
     /// Kept for the next map of the same size.
@@ -37,11 +40,13 @@ impl RasterScene {
     /// that the device's grid leaves in doubt.
     pub fn new(device: &RasterDevice, caster: Arc<SceneCaster>) -> Result<Self, RasterError> {
         let centre = caster.bvh().centre;
+        let pipelines = Pipelines::new(&device.0, !caster.cards().is_empty())?;
         Ok(Self {
             device: device.clone(),
             decides: true,
-            pipelines: Pipelines::new(&device.0)?,
             mesh: Mesh::new(&device.0, &caster)?,
+            cards: Cards::new(&device.0, pipelines.masks, &caster)?,
+            pipelines,
             scene: caster.bounds().map(|bounds| SceneBox { centre, bounds }),
             target: Mutex::new(None),
             caster,
@@ -61,7 +66,7 @@ impl RasterScene {
 
     /// Bytes of the mesh on the device.
     pub fn memory_bytes(&self) -> u64 {
-        self.mesh.memory_bytes()
+        self.mesh.memory_bytes() + self.cards.as_ref().map_or(0, Cards::memory_bytes)
     }
 
     /// Fills `out`, `[y][x]`, with the distance along each pixel's ray to its first surface; `+∞` for no surface.
@@ -149,12 +154,11 @@ impl RasterScene {
             Some(usable) => usable,
             None => return Ok(Vec::new()),
         });
-        target.render(device, &self.pipelines, &self.mesh, pass, out)?;
+        target.render(device, &self.pipelines, (&self.mesh, self.cards.as_ref()), pass, out)?;
         if !self.decides {
             return Ok(Vec::new());
         }
-        let (positions, triangles) = self.caster.welded();
-        Ok(texels_in_doubt(&pass.screen, device.grid, positions, triangles, out))
+        Ok(texels_in_doubt(&pass.screen, device.grid, &Occluders::of(&self.caster), out))
     }
 }
 

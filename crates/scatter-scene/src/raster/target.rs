@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::cards::Cards;
 use super::device::Device;
 use super::error::RasterError;
 use super::memory::{Buffer, DEPTH_RANGE, DepthImage};
@@ -48,7 +49,7 @@ impl Target {
         &mut self,
         device: &Device,
         pipelines: &Pipelines,
-        mesh: &Mesh,
+        mesh: (&Mesh, Option<&Cards>),
         pass: &DepthPass,
         out: &mut [f32],
     ) -> Result<(), RasterError> {
@@ -74,7 +75,7 @@ impl Target {
         device: &ash::Device,
         commands: vk::CommandBuffer,
         pipelines: &Pipelines,
-        mesh: &Mesh,
+        (mesh, cards): (&Mesh, Option<&Cards>),
         pass: &DepthPass,
     ) {
         let [width, height] = self.image.size;
@@ -114,9 +115,9 @@ impl Target {
             ),
         );
         let (before, after) = ([before], [after]);
-        // SAFETY: the command buffer is recording; image, pipelines and mesh belong to this device and outlive the
+        // SAFETY: the command buffer is recording; image, pipelines, mesh and cut-outs belong to this device and outlive the
         // submission, which `Device::run` waits for; the index counts lie within the mesh's index buffer, and its
-        // indices within its vertex buffer.
+        // indices within its vertex buffer; a cut-out's words are those of its mask.
         unsafe {
             let dependency = vk::DependencyInfo::default().image_memory_barriers(&before);
             device.cmd_pipeline_barrier2(commands, &dependency);
@@ -133,6 +134,14 @@ impl Target {
                 for [first, count] in mesh.draws() {
                     device.cmd_draw_indexed(commands, count, 1, first, 0, 0);
                 }
+            }
+            if let Some(cards) = cards {
+                let (vertices, count) = cards.vertices();
+                let (graphics, pipeline) = (vk::PipelineBindPoint::GRAPHICS, pipelines.for_cards(pass.clamp));
+                device.cmd_bind_pipeline(commands, graphics, pipeline);
+                device.cmd_bind_descriptor_sets(commands, graphics, pipelines.layout, 0, &[cards.set()], &[]);
+                device.cmd_bind_vertex_buffers(commands, 0, &[vertices], &[0]);
+                device.cmd_draw(commands, count, 1, 0, 0);
             }
             device.cmd_end_rendering(commands);
             let dependency = vk::DependencyInfo::default().image_memory_barriers(&after);

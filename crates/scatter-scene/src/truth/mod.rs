@@ -6,6 +6,7 @@
 //! polylines (`caster::ray_plane`) whose intervals abut bit by bit, and the ray's own first hit is a crossing of the
 //! same polylines: inside of a closed mesh the radiance is exactly 0.
 
+mod mask_line;
 mod shadow_plane;
 mod shadow_spans;
 mod shadow_walk;

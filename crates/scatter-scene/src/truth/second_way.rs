@@ -152,7 +152,7 @@ impl SecondWay<'_> {
     /// Smallest parameter > 0 at which `origin + s·step` (relative to the eye) meets a triangle.
     fn nearest(&self, origin: DVec3, step: DVec3) -> f64 {
         let mut nearest = f64::INFINITY;
-        for triangle in &self.scene.triangles {
+        for (number, triangle) in (0..).zip(&self.scene.triangles) {
             let [a, b, c] = triangle.map(|i| self.scene.positions[i as usize] - self.eye);
             let (e1, e2) = (b - a, c - a);
             let p = step.cross(e2);
@@ -165,11 +165,19 @@ impl SecondWay<'_> {
             let q = s.cross(e1);
             let v = step.dot(q) / determinant;
             let t = e2.dot(q) / determinant;
-            if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 {
+            if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0 && self.is_there(number, u, v) {
                 nearest = nearest.min(t);
             }
         }
         nearest
+    }
+
+    /// Whether a triangle has a texel at barycentric coordinates `u` and `v`, or no mask.
+    fn is_there(&self, triangle: u32, u: f64, v: f64) -> bool {
+        self.scene.cutouts.iter().find(|cutout| cutout.triangle == triangle).is_none_or(|cutout| {
+            let [a, b, c] = cutout.uv;
+            self.scene.masks[cutout.mask as usize].is_there(a * (1.0 - u - v) + b * u + c * v)
+        })
     }
 }
 

@@ -45,6 +45,15 @@ enum Image {
     Lamp { closest: f64, height: f64 },
 }
 
+/// The part of a segment between the ray and the light.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LitPart {
+    /// Where it begins and ends, as shares of the segment, ascending.
+    pub shares: [f64; 2],
+    /// The points of the ray that its ends shadow.
+    pub shadow: [f64; 2],
+}
+
 /// Linear functions of the position that bound the shadow of a box, in f32 with their rounding.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BoxShadow {
@@ -99,44 +108,97 @@ impl LightOnRay {
 }
 
 impl ShadowPlane {
-    /// The stretch of the ray that a segment shadows, any order of its ends, not cut to the ray.
+    /// The stretch of the ray that a segment shadows, not cut to the ray.
     #[inline]
     pub fn shadow(&self, segment: &Segment) -> Option<(f64, f64)> {
+        let [p, q] = self.lit_part(segment)?.shadow;
+        Some((p.min(q), p.max(q)))
+    }
+
+    /// The part of a segment that the light meets before the ray, with the shadows of its ends.
+    #[inline]
+    pub fn lit_part(&self, segment: &Segment) -> Option<LitPart> {
         let Segment(a, b) = segment;
         let outside = |p: &PlanePoint| p.y < 0.0;
-        let (p, q) = match self.image {
+        match self.image {
             Image::Sun { cotangent } => {
                 if outside(a) && outside(b) {
                     return None;
                 }
                 let image = |p: &PlanePoint| p.x - p.y * cotangent;
-                match segment.crossing() {
-                    None => (image(a), image(b)),
-                    Some(on_ray) => (on_ray, image(if outside(a) { b } else { a })),
-                }
+                Some(match (segment.crossing(), segment.crossing_share()) {
+                    (Some(on_ray), Some(share)) if outside(a) => {
+                        LitPart { shares: [share, 1.0], shadow: [on_ray, image(b)] }
+                    }
+                    (Some(on_ray), Some(share)) => {
+                        LitPart { shares: [0.0, share], shadow: [image(a), on_ray] }
+                    }
+                    _ => LitPart { shares: [0.0, 1.0], shadow: [image(a), image(b)] },
+                })
             }
             Image::Lamp { closest, height } => {
                 let beyond = |p: &PlanePoint| p.y >= height;
                 if (outside(a) && outside(b)) || (beyond(a) && beyond(b)) {
                     return None;
                 }
-                let on_ray = segment.crossing();
-                let image = |p: &PlanePoint, other: &PlanePoint| {
+                let (on_ray, crossing_share) = (segment.crossing(), segment.crossing_share());
+                // Of an end, as seen from it: its share and its shadow.
+                let image = |p: &PlanePoint, other: &PlanePoint, share: f64| {
                     if outside(p) {
                         // One end is outside and the other is not: the segment crosses.
-                        on_ray.unwrap_or(p.x)
+                        (crossing_share.unwrap_or(share), on_ray.unwrap_or(p.x))
                     } else if beyond(p) {
                         let weight = (height - p.y) / (other.y - p.y);
                         let at_height = p.x + (other.x - p.x) * weight;
-                        f64::INFINITY.copysign(at_height - closest)
+                        ((share - weight).abs(), f64::INFINITY.copysign(at_height - closest))
                     } else {
-                        closest + (p.x - closest) * (height / (height - p.y))
+                        (share, closest + (p.x - closest) * (height / (height - p.y)))
                     }
                 };
-                (image(a, b), image(b, a))
+                let (first, last) = (image(a, b, 0.0), image(b, a, 1.0));
+                Some(LitPart { shares: [first.0, last.0], shadow: [first.1, last.1] })
+            }
+        }
+    }
+
+    /// The point of the ray that a place on a segment's [`Self::lit_part`] shadows; between the shadows of its ends.
+    #[inline]
+    pub fn shadow_of(&self, segment: &Segment, part: &LitPart, share: f64) -> f64 {
+        let p = segment.at(share);
+        let image = match self.image {
+            Image::Sun { cotangent } => p.x - p.y * cotangent,
+            Image::Lamp { closest, height } => closest + (p.x - closest) * (height / (height - p.y).max(0.0)),
+        };
+        let [first, last] = part.shadow;
+        // A NaN, 0 times ∞ at the lamp itself, becomes an end.
+        image.max(first.min(last)).min(first.max(last))
+    }
+
+    /// The shares of a segment's lit part that shadow the ray within `[low, high]`, and a little more.
+    #[inline]
+    pub fn shares_within(&self, segment: &Segment, part: &LitPart, low: f64, high: f64) -> [f64; 2] {
+        let Segment(a, b) = segment;
+        let (width, rise) = (b.x - a.x, b.y - a.y);
+        // Both images are quotients of linear functions of the share, so their inverses are too.
+        let share = |t: f64| match self.image {
+            Image::Sun { cotangent } => (t - (a.x - a.y * cotangent)) / (width - rise * cotangent),
+            Image::Lamp { closest, height } => {
+                let t = t - closest;
+                (t * (height - a.y) - (a.x - closest) * height) / (width * height + t * rise)
             }
         };
-        Some((p.min(q), p.max(q)))
+        let [start, end] = part.shares;
+        let [first, last] = part.shadow;
+        // What lies beyond the stretch says nothing, and a share beyond the part is the part's own end.
+        let at = |t: f64, otherwise: f64| {
+            let share = if first.min(last) < t && t < first.max(last) { share(t) } else { otherwise };
+            if share.is_nan() { otherwise } else { share }
+        };
+        let (from, to) =
+            if first <= last { (at(low, start), at(high, end)) } else { (at(high, start), at(low, end)) };
+        // Rounding where shares are of order 1; whoever asks cuts to the stretch again.
+        const SLACK: f64 = 1e-9;
+        [(from - SLACK).max(start), (to + SLACK).min(end)]
     }
 
     /// The functions that bound the shadows of boxes of this tree.

@@ -4,8 +4,12 @@
 //! lamp) where the ray is not known to be shadowed yet. That changes no bit of the union ([`ShadowSpans`]), so the
 //! walk may begin with the triangles that shadowed the neighbouring ray and go on with what shadows most.
 
-use crate::caster::{Pending, SceneCaster};
+use glam::DVec2;
 
+use crate::caster::{Pending, SceneCaster, Segment};
+use crate::cutout::AlphaMask;
+
+use super::mask_line;
 use super::shadow_plane::ShadowPlane;
 use super::shadow_spans::ShadowSpans;
 
@@ -28,6 +32,8 @@ pub(crate) struct ShadowWalk {
     /// Triangles that made the union grow, in the order in which they did.
     seeds: Vec<u32>,
     previous_seeds: Vec<u32>,
+    /// Of one cut-out, ascending.
+    texel_shadows: Vec<(f64, f64)>,
     pub counts: WalkCounts,
 }
 
@@ -93,18 +99,61 @@ impl ShadowWalk {
     #[inline]
     fn add(&mut self, caster: &SceneCaster, shadow: &ShadowPlane, triangle: u32) {
         self.counts.candidates += 1;
-        if let Some(segment) = shadow.plane.cut(caster.corners(triangle))
-            && let Some((low, high)) = shadow.shadow(&segment)
-            && self.spans.add(low, high)
-        {
+        let corners = caster.corners(triangle);
+        let Some(segment) = shadow.plane.cut(corners) else { return };
+        let grew = match caster.cards().get(triangle) {
+            None => shadow.shadow(&segment).is_some_and(|(low, high)| self.spans.add(low, high)),
+            Some(card) => {
+                let texels = shadow.plane.carried(corners, card.texels);
+                self.add_card(shadow, &segment, texels, caster.cards().mask(card))
+            }
+        };
+        if grew {
             self.counts.intervals += 1;
             self.seeds.push(triangle);
         }
     }
 
+    /// Adds the shadows of a cut-out's texels. Whether the union grew.
+    ///
+    /// Texture coordinates are linear over the triangle, so along its segment too: the texels there lie on a straight
+    /// line, whose borders are shares of the segment, and those have closed-form shadows.
+    fn add_card(
+        &mut self,
+        shadow: &ShadowPlane,
+        segment: &Segment,
+        [a, b]: [DVec2; 2],
+        mask: &AlphaMask,
+    ) -> bool {
+        let Some(part) = shadow.lit_part(segment) else { return false };
+        let (low, high) = (part.shadow[0].min(part.shadow[1]), part.shadow[0].max(part.shadow[1]));
+        let Some((low, high)) = self.spans.uncovered(low, high) else { return false };
+        let range = shadow.shares_within(segment, &part, low, high);
+        self.texel_shadows.clear();
+        mask_line::runs(mask, a, b, range, |first, last| {
+            // An end of the whole part has its own number, as that of an opaque triangle.
+            let end = |share: f64| {
+                if share == part.shares[0] {
+                    part.shadow[0]
+                } else if share == part.shares[1] {
+                    part.shadow[1]
+                } else {
+                    shadow.shadow_of(segment, &part, share)
+                }
+            };
+            let (p, q) = (end(first), end(last));
+            self.texel_shadows.push((p.min(q), p.max(q)));
+        });
+        if part.shadow[0] > part.shadow[1] {
+            self.texel_shadows.reverse();
+        }
+        self.spans.add_all(&self.texel_shadows)
+    }
+
     /// Bytes held.
     pub fn memory_bytes(&self) -> u64 {
         let seeds = self.seeds.capacity() + self.previous_seeds.capacity();
-        (seeds * size_of::<u32>()) as u64 + self.spans.memory_bytes()
+        let texels = self.texel_shadows.capacity() * size_of::<(f64, f64)>();
+        (seeds * size_of::<u32>() + texels) as u64 + self.spans.memory_bytes()
     }
 }

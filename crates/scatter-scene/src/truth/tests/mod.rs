@@ -1,5 +1,7 @@
 //! Ray-cast truth against the second way, and against what geometry demands.
 
+mod cutouts;
+
 use std::f64::consts::TAU;
 
 use glam::{DMat3, DVec3};
