@@ -108,6 +108,22 @@ impl LightOnRay {
 }
 
 impl ShadowPlane {
+    /// Of a sun: the cotangent of its angle to the ray. 0 for a lamp.
+    pub fn cotangent(&self) -> f64 {
+        match self.image {
+            Image::Sun { cotangent } => cotangent,
+            Image::Lamp { .. } => 0.0,
+        }
+    }
+
+    /// Of a sun: the unit vector in the plane, perpendicular to its direction, on the side of the ray.
+    pub fn across(&self) -> DVec3 {
+        let RayPlane { along, up, .. } = self.plane;
+        let cotangent = self.cotangent();
+        // (along − up·cot)/√(1 + cot²): sin·along − cos·up.
+        (along - up * cotangent) / cotangent.hypot(1.0)
+    }
+
     /// The stretch of the ray that a segment shadows, not cut to the ray.
     #[inline]
     pub fn shadow(&self, segment: &Segment) -> Option<(f64, f64)> {
