@@ -90,12 +90,13 @@ pub(crate) fn checked_counts(place: impl Fn() -> String, triangles: u64, positio
     Err(Fault::too_large(place(), problem, "simplify it, or use fewer instances"))
 }
 
-fn checked_scene(scene: Scene) -> Checked<Scene> {
+fn checked_scene(mut scene: Scene) -> Checked<Scene> {
     if scene.triangles.is_empty() {
         let cure = "export faces: points, lines and triangles that repeat an index do not count";
         return Err(Fault::invalid("", "no triangles", cure));
     }
     debug_assert!(scene.triangles.iter().flatten().all(|&i| (i as usize) < scene.positions.len()));
+    scene.notes.extend(scene.note_of_strays());
     Ok(scene)
 }
 

@@ -232,8 +232,6 @@ impl ShadowPlane {
         };
         let of_rows = |f: &dyn Fn(usize) -> f64| Vec4::new(f(0) as f32, f(1) as f32, f(2) as f32, 0.0);
         let bias = of_rows(&|row| rows[row].dot(centre) + shifts[row]);
-        // Rounding of rows, box, products and sums against the largest coordinate, and of the bias: fewer than 8.
-        let reach = of_rows(&|row| rows[row].abs().element_sum() * f64::from(bvh.largest));
         // f64 rounding of the bias where its terms cancel far from the origin.
         let cancelled = of_rows(&|row| {
             1e-15
@@ -242,7 +240,8 @@ impl ShadowPlane {
         BoxShadow {
             columns: [0, 1, 2].map(|axis| of_rows(&|row| rows[row][axis])),
             bias,
-            margin: (reach + bias.abs()) * (8.0 * F32_ROUNDING) + cancelled,
+            // Of the bias and of the sums with it: fewer than 8. What rounds against a box is in the box.
+            margin: bias.abs() * (8.0 * F32_ROUNDING) + cancelled,
             lamp,
         }
     }

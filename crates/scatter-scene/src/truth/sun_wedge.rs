@@ -151,7 +151,7 @@ impl SunWedge {
         let per_cell = 1.0 / self.cell;
         let first = ((low - self.margin) * per_cell).max(0.0) as usize;
         let last = ((high + self.margin) * per_cell).max(0.0) as usize;
-        first.min(self.cells.len() - 1)..(last + 1).min(self.cells.len())
+        first.min(self.cells.len() - 1)..last.saturating_add(1).min(self.cells.len())
     }
 
     /// Both ends of a cell, grown by the margin.

@@ -103,12 +103,11 @@ impl WedgeFrame {
         let of_rows = |f: &dyn Fn(usize) -> f64| Vec4::from_array([0, 1, 2, 3].map(|row| f(row) as f32));
         let bias = of_rows(&|row| rows[row].dot(centre));
         // As in `shadow_plane::BoxShadow`.
-        let reach = of_rows(&|row| rows[row].abs().element_sum() * f64::from(bvh.largest));
         let cancelled = of_rows(&|row| MARGIN * rows[row].abs().dot(bvh.centre.abs() + self.eye.abs()));
         WedgeBox {
             columns: [0, 1, 2].map(|axis| of_rows(&|row| rows[row][axis])),
             bias,
-            margin: (reach + bias.abs()) * (8.0 * F32_ROUNDING) + cancelled,
+            margin: bias.abs() * (8.0 * F32_ROUNDING) + cancelled,
             // Rounded up.
             farthest: self.farthest as f32 * (1.0 + f32::EPSILON) + f32::MIN_POSITIVE,
         }

@@ -128,7 +128,7 @@ fn a_fence_of_a_million_slats_takes_a_moment_and_lets_half_through() {
 }
 
 /// Masks for two thirds of the triangles: coarse and fine ones, with all wraps, over up to a few textures.
-fn cut_out(random: &mut Random, scene: &mut Scene) {
+pub(super) fn cut_out(random: &mut Random, scene: &mut Scene) {
     let wraps = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge];
     for _ in 0..4 {
         let size = [random.range(1.0, 12.0) as u32, random.range(1.0, 12.0) as u32];
