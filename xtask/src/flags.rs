@@ -92,10 +92,10 @@ pub struct Validate {
     /// Prove that the checks can fail: every deliberately wrong variant must be rejected; exit 1 if one survives
     #[arg(long, conflicts_with_all = ["shots", "report", "rows", "set", "size", "shadow_map", "vulkan_device"])]
     pub mutants: bool,
-    /// Grade an image that another renderer made of the one --shot: EXR, channels R, G, B or Y, row 0 on top
+    /// Grade an image that another renderer made of the one --shot: EXR, row 0 on top; what of it is taken is said
     #[arg(long, value_name = "MINE.exr")]
     pub image: Option<PathBuf>,
-    /// Where the picture of the image's difference goes [default: beside the image, MINE.difference.png]
+    /// Where the picture of the image's difference goes [default: into the --report folder; without one there is none]
     #[arg(long, value_name = "F.png", requires = "image")]
     pub difference: Option<PathBuf>,
     /// Compare with an earlier run's --json: errors must not have grown, times are shown as ratios; exit 1 if one has

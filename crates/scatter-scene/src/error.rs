@@ -111,6 +111,11 @@ impl Fault {
         Self { kind: FaultKind::TooLarge, ..Self::invalid(place, problem, cure) }
     }
 
+    /// The same fault, at a place that only the caller knows.
+    pub(crate) fn at(self, place: impl Into<String>) -> Self {
+        Self { place: place.into(), ..self }
+    }
+
     /// The place within the file: a line, a key, an array element. Empty: the file as a whole.
     pub fn place(&self) -> &str {
         &self.place

@@ -1,4 +1,4 @@
-//! Image files: radiance as EXR, a tone-mapped PNG to look at, masks and textures from PNG.
+//! Image files but for EXR: a tone-mapped PNG to look at, masks and textures from PNG.
 //!
 //! Rows are stored from the top, as everywhere in Scatter. Sizes are checked against [`MAX_PIXELS`] before anything
 //! is allocated for them; files are written whole or not at all.
@@ -6,16 +6,11 @@
 use std::io::{self, Cursor};
 use std::path::Path;
 
-use exr::meta::MetaData;
-use exr::meta::attribute::SampleType;
-use exr::prelude::{
-    Encoding, FlatSamples, Image, Layer, LayerAttributes, ReadChannels, ReadLayers, SpecificChannels, Vec2,
-    WritableImage,
-};
 use image::{DynamicImage, ImageDecoder};
 
 use crate::atomic::write_atomically;
 use crate::error::{Checked, Fault, SceneError};
+use crate::exr_file::decode_exr;
 use crate::load::read_file;
 
 /// Longest side of an image that is read or rendered, in pixels.
@@ -25,7 +20,7 @@ pub const MAX_SIDE: u32 = 16_384;
 pub const MAX_PIXELS: u64 = 1 << 28;
 
 /// Most bytes of an image file's samples, all channels together: a layered EXR holds many that are not ours.
-const MAX_SAMPLE_BYTES: u64 = 6 << 30;
+pub(crate) const MAX_SAMPLE_BYTES: u64 = 6 << 30;
 
 const DAMAGED: &str = "the file is cut off or damaged: write or copy it again";
 
@@ -45,31 +40,6 @@ pub struct Mask {
     pub size: [u32; 2],
     /// `[row][column]`, row 0 on top; `true`: left out.
     pub excluded: Vec<bool>,
-}
-
-/// Writes channels R, G, B as float32, losslessly (run-length encoding: the fastest one that saves space).
-pub fn write_exr(path: &Path, image: &RadianceImage) -> Result<(), SceneError> {
-    let [width, height] = checked_shape(image).map_err(|fault| fault.in_file(path))?;
-    let pixel = |at: Vec2<usize>| {
-        let [r, g, b] = image.pixels[at.y() * width + at.x()];
-        (r, g, b)
-    };
-    let attributes = LayerAttributes::default();
-    let layer =
-        Layer::new((width, height), attributes, Encoding::FAST_LOSSLESS, SpecificChannels::rgb(pixel));
-    let exr = Image::from_layer(layer);
-    write_atomically(path, |writer| {
-        exr.write().non_parallel().to_buffered(writer).map_err(|error| match error {
-            exr::error::Error::Io(error) => error,
-            other => io::Error::other(other),
-        })
-    })
-}
-
-/// Reads the first layer's R, G, B (or Y, as grey) of any float or half type.
-pub fn read_exr(path: &Path) -> Result<RadianceImage, SceneError> {
-    let bytes = read_file(path)?;
-    decode_exr(&bytes).map_err(|fault| fault.in_file(path))
 }
 
 /// Writes a PNG to look at: `1 − exp(−exposure·L)` a channel, then the sRGB curve, 8 bits. `exposure` ≥ 0
@@ -114,7 +84,7 @@ pub fn read_linear_rgb(path: &Path) -> Result<RadianceImage, SceneError> {
             RadianceImage { size, pixels }
         })
     } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        decode_exr(&bytes)
+        decode_exr(&bytes).map(|(image, _)| image)
     } else {
         Err(Fault::unsupported("", "this is neither an EXR nor a PNG", "convert it to one of them"))
     };
@@ -136,7 +106,7 @@ pub(crate) fn checked_image_size(place: &str, size: [u64; 2]) -> Checked<[u32; 2
     Err(Fault::too_large(place, problem, cure))
 }
 
-fn checked_shape(image: &RadianceImage) -> Checked<[usize; 2]> {
+pub(crate) fn checked_shape(image: &RadianceImage) -> Checked<[usize; 2]> {
     let size = checked_image_size("", image.size.map(u64::from))?.map(|side| side as usize);
     if image.pixels.len() == size[0] * size[1] {
         return Ok(size);
@@ -145,58 +115,7 @@ fn checked_shape(image: &RadianceImage) -> Checked<[usize; 2]> {
     Err(Fault::invalid("", problem, "give width times height pixels"))
 }
 
-fn decode_exr(bytes: &[u8]) -> Checked<RadianceImage> {
-    let fault = |error: exr::error::Error| Fault::invalid("EXR", error.to_string(), DAMAGED);
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
-    let mut sample_bytes = 0u64;
-    for header in &meta.headers {
-        let [width, height] = [header.layer_size.x() as u64, header.layer_size.y() as u64];
-        checked_image_size("EXR header", [width, height])?;
-        let pixel_bytes = header.channels.list.iter().map(|channel| match channel.sample_type {
-            SampleType::F16 => 2,
-            SampleType::F32 | SampleType::U32 => 4,
-        });
-        sample_bytes = sample_bytes.saturating_add((width * height).saturating_mul(pixel_bytes.sum()));
-        // Every chunk has 8 bytes in the offset table and at least a coordinate and a length of its own.
-        if header.chunk_count.saturating_mul(16) > bytes.len() {
-            return Err(Fault::invalid("EXR header", "it announces more than the file holds", DAMAGED));
-        }
-    }
-    if sample_bytes > MAX_SAMPLE_BYTES {
-        let problem = format!("it announces {sample_bytes} bytes of samples");
-        return Err(Fault::too_large("EXR header", problem, "write fewer layers and channels"));
-    }
-    let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    let read = read.first_valid_layer().all_attributes().non_parallel();
-    let layer = read.from_buffered(Cursor::new(bytes)).map_err(fault)?.layer_data;
-    let channel = |name: &str| {
-        let found = layer.channel_data.list.iter().find(|channel| channel.name.eq_case_insensitive(name));
-        found.map(|channel| &channel.sample_data)
-    };
-    let channels = match (channel("R"), channel("G"), channel("B"), channel("Y")) {
-        (Some(r), Some(g), Some(b), _) => [r, g, b],
-        (_, _, _, Some(y)) => [y; 3],
-        _ => return Err(Fault::unsupported("EXR", "it has no channels R, G, B and no Y", "write RGB or Y")),
-    };
-    let size = [layer.size.x() as u64, layer.size.y() as u64];
-    let size = checked_image_size("EXR header", size)?;
-    let count = size[0] as usize * size[1] as usize;
-    if channels.iter().any(|samples| samples.len() != count) {
-        return Err(Fault::unsupported(
-            "EXR",
-            "a channel is subsampled",
-            "write all channels at full resolution",
-        ));
-    }
-    if channels.iter().any(|samples| matches!(samples, FlatSamples::U32(_))) {
-        return Err(Fault::unsupported("EXR", "a channel holds integers", "write half or float samples"));
-    }
-    let pixels =
-        (0..count).map(|i| channels.map(|samples| samples.value_by_flat_index(i).to_f32())).collect();
-    Ok(RadianceImage { size, pixels })
-}
-
-fn decode_png(bytes: &[u8]) -> Checked<DynamicImage> {
+pub(crate) fn decode_png(bytes: &[u8]) -> Checked<DynamicImage> {
     let fault = |error: image::ImageError| Fault::invalid("PNG", error.to_string(), DAMAGED);
     let mut limits = image::Limits::no_limits();
     limits.max_image_width = Some(MAX_SIDE);
@@ -231,6 +150,7 @@ fn linear_from_srgb(v: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{read_exr, write_exr};
 
     fn gradient() -> RadianceImage {
         let size = [5u32, 3];
@@ -240,40 +160,6 @@ mod tests {
 
     fn message<T>(result: Result<T, SceneError>) -> String {
         result.err().expect("an error").to_string()
-    }
-
-    #[test]
-    fn exr_keeps_every_bit_and_nan_and_infinity() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.exr");
-        let mut image = gradient();
-        image.pixels[7] = [f32::NAN, f32::INFINITY, -0.0];
-        write_exr(&path, &image).unwrap();
-        let read = read_exr(&path).unwrap();
-        let bits = |image: &RadianceImage| -> Vec<[u32; 3]> {
-            image.pixels.iter().map(|rgb| rgb.map(f32::to_bits)).collect()
-        };
-        assert_eq!((read.size, bits(&read)), (image.size, bits(&image)));
-        assert_eq!(read_linear_rgb(&path).unwrap().size, [5, 3]);
-    }
-
-    #[test]
-    fn half_floats_and_grey_are_read_and_other_channels_refused() {
-        use exr::prelude::*;
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("y.exr");
-        let write = |name: &str, samples: FlatSamples| {
-            let channels = AnyChannels::sort([AnyChannel::new(name, samples)].into_iter().collect());
-            let layer = Layer::new((3, 2), LayerAttributes::default(), Encoding::SMALL_LOSSLESS, channels);
-            Image::from_layer(layer).write().non_parallel().to_file(&path).unwrap();
-        };
-        write("Y", FlatSamples::F16((0..6).map(|i| f16::from_f32(i as f32)).collect()));
-        let grey = read_exr(&path).unwrap();
-        assert_eq!((grey.size, grey.pixels[4]), ([3, 2], [4.0; 3]));
-        write("Z", FlatSamples::F32(vec![0.0; 6]));
-        assert!(message(read_exr(&path)).contains("no channels R, G, B"));
-        write("Y", FlatSamples::U32(vec![0; 6]));
-        assert!(message(read_exr(&path)).contains("integers"));
     }
 
     #[test]

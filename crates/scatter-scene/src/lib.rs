@@ -5,6 +5,7 @@ mod builtin;
 mod caster;
 mod cutout;
 mod error;
+mod exr_file;
 mod fit;
 mod gltf;
 mod image_file;
@@ -15,6 +16,8 @@ mod obj;
 mod raster;
 mod scene;
 mod shot;
+mod texels;
+mod text;
 mod truth;
 
 pub use atomic::{WriteSeek, write_atomically};
@@ -24,10 +27,10 @@ pub use builtin::{
 pub use caster::{CasterError, SceneCaster};
 pub use cutout::{AlphaMask, Cutout, Wrap};
 pub use error::{Fault, SceneError};
+pub use exr_file::{ExrSource, read_exr, read_exr_with_source, write_exr};
 pub use fit::{FittedMap, fit_map};
 pub use image_file::{
-    MAX_PIXELS, MAX_SIDE, Mask, RadianceImage, encode_png, read_exr, read_linear_rgb, read_mask, write_exr,
-    write_png,
+    MAX_PIXELS, MAX_SIDE, Mask, RadianceImage, encode_png, read_linear_rgb, read_mask, write_png,
 };
 pub use load::{MAX_COORDINATE, MAX_POSITIONS, MAX_TRIANGLES, load_scene};
 pub use maps::{MapError, MapSource, ShotMaps};

@@ -20,6 +20,10 @@ pub const MAX_POSITIONS: u64 = 100_000_000;
 /// the f32 acceleration structures, and f64 resolves no more than a tenth of a unit anyway.
 pub const MAX_COORDINATE: f64 = 1e15;
 
+/// A vertex this many times farther out than nine tenths of the scene is told: ground planes and skies reach some
+/// thousand times as far as a model, mistakes 10⁹ times and more.
+const STRAY_FACTOR: f64 = 1e6;
+
 /// Longest file that is read, in bytes. Larger meshes exceed [`MAX_POSITIONS`] in every format.
 const MAX_FILE_BYTES: u64 = 8 << 30;
 
@@ -31,7 +35,7 @@ const MAX_FILE_BYTES: u64 = 8 << 30;
 pub fn load_scene(path: &Path) -> Result<Scene, SceneError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let scene = match extension.as_str() {
-        "obj" => crate::obj::read(&read_file(path)?),
+        "obj" => crate::obj::read(&read_file(path)?, path.parent().unwrap_or(Path::new(""))),
         "gltf" | "glb" => crate::gltf::read(&read_file(path)?, path.parent().unwrap_or(Path::new(""))),
         _ => Err(Fault::unsupported(
             "",
@@ -96,8 +100,37 @@ fn checked_scene(mut scene: Scene) -> Checked<Scene> {
         return Err(Fault::invalid("", "no triangles", cure));
     }
     debug_assert!(scene.triangles.iter().flatten().all(|&i| (i as usize) < scene.positions.len()));
-    scene.notes.extend(scene.note_of_strays());
+    debug_assert!(scene.cutouts.is_sorted_by(|a, b| a.triangle < b.triangle));
+    scene.notes.extend(stray_vertex(&scene));
     Ok(scene)
+}
+
+/// A line about the farthest vertex if it lies absurdly far from the others: boxes, maps and views then have to span it.
+fn stray_vertex(scene: &Scene) -> Option<String> {
+    // A thousand vertices tell where most are; the median is not moved by the stray ones.
+    const SAMPLES: usize = 1000;
+    let step = scene.triangles.len().div_ceil(SAMPLES);
+    let samples = || scene.triangles.iter().step_by(step).flatten().map(|&i| scene.positions[i as usize]);
+    let value_at = |mut values: Vec<f64>, share: f64| {
+        let at = ((values.len() - 1) as f64 * share) as usize;
+        *values.select_nth_unstable_by(at, f64::total_cmp).1
+    };
+    let median = |axis: usize| value_at(samples().map(|p| p[axis]).collect(), 0.5);
+    let middle = DVec3::new(median(0), median(1), median(2));
+    let size = value_at(samples().map(|p| p.distance(middle)).collect(), 0.9);
+    let is_stray = |p: &DVec3| size > 0.0 && p.distance_squared(middle) > (STRAY_FACTOR * size).powi(2);
+    // Nearly always there is none; whether a face uses it is asked only then.
+    scene.positions.iter().find(|p| is_stray(p))?;
+    let used = scene.triangles.iter().flatten().map(|&i| scene.positions[i as usize]);
+    let farthest = used.max_by(|a, b| a.distance_squared(middle).total_cmp(&b.distance_squared(middle)))?;
+    let distance = farthest.distance(middle);
+    is_stray(&farthest).then(|| {
+        let [x, y, z] = farthest.to_array();
+        format!(
+            "the vertex ({x:e}, {y:e}, {z:e}) lies {distance:.1e} units from the middle of the scene, of which most \
+             lies within {size:.1e}: remove it if it is a mistake"
+        )
+    })
 }
 
 #[cfg(test)]

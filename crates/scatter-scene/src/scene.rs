@@ -2,7 +2,6 @@
 
 use glam::{DMat4, DVec3};
 
-use crate::caster::CoreBox;
 use crate::cutout::{AlphaMask, Cutout};
 
 /// Two-sided triangles in world space, opaque or cut out by masks, with the cameras and lights that the file names.
@@ -26,28 +25,6 @@ pub struct Scene {
     /// What the loader left out (point and line primitives, say): one sentence each, for people.
     pub notes: Vec<String>,
 }
-
-impl Scene {
-    /// A sentence for people if some vertex lies absurdly far from the rest: the scene is right, but shadow maps end
-    /// before it, and f64 knows places on its triangles no better than by a share of 10⁻¹⁶ of that distance.
-    pub(crate) fn note_of_strays(&self) -> Option<String> {
-        let core = CoreBox::of(&self.positions, STRAY)?;
-        let farthest =
-            self.positions.iter().max_by(|a, b| core.distance(**a).total_cmp(&core.distance(**b)))?;
-        let count = self.positions.iter().filter(|p| core.distance(**p) > STRAY * core.reach).count();
-        let (others, DVec3 { x, y, z }) = (count - 1, farthest);
-        let more = if others > 0 { format!(", and {others} more lie far out") } else { String::new() };
-        Some(format!(
-            "a vertex lies at ({x:e}, {y:e}, {z:e}), {:.0e} units from the rest of the scene, which is {:.3} units \
-             wide{more}",
-            core.distance(*farthest),
-            2.0 * core.reach
-        ))
-    }
-}
-
-/// A vertex so many times as far out as the rest of the scene is wide is a mistake and no horizon.
-const STRAY: f64 = 1e6;
 
 /// A camera node: it looks along −z of `world_from_camera`, y up.
 #[derive(Debug, Clone, PartialEq)]

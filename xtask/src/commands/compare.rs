@@ -4,17 +4,17 @@ use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::bail;
-use scatter_scene::{RadianceImage, read_exr, read_mask};
+use scatter_scene::{RadianceImage, read_exr_with_source, read_mask};
 use scatter_validate::{Labelled, compare};
 
 use crate::Verdict;
 use crate::flags::Compare;
-use crate::output::{print, print_json};
+use crate::output::{print, print_json, stderr_line};
 
 /// Prints the figures. Exit code 0 whatever they are.
 pub fn run(flags: &Compare) -> anyhow::Result<Verdict> {
-    let reference = read_exr(&flags.reference)?;
-    let test = read_exr(&flags.test)?;
+    let (reference, reference_source) = read_exr_with_source(&flags.reference)?;
+    let (test, test_source) = read_exr_with_source(&flags.test)?;
     let mask = flags.mask.as_deref().map(|path| read_mask_of(path, &test)).transpose()?;
     let bits = |image: &RadianceImage| image.pixels.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
     if reference.size == test.size && bits(&reference) == bits(&test) {
@@ -30,6 +30,8 @@ pub fn run(flags: &Compare) -> anyhow::Result<Verdict> {
         Labelled { label: &test_label, size: test.size, pixels: &test.pixels },
         mask.as_deref(),
     )?;
+    stderr_line(&format!("{}: {reference_source}", flags.reference.display()));
+    stderr_line(&format!("{}: {test_source}", flags.test.display()));
     if flags.json {
         print_json(&figures)?;
         return Ok(Verdict::Well);

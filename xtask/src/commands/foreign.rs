@@ -2,18 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{anyhow, bail};
-use scatter_scene::{RadianceImage, Shot, read_exr, write_atomically};
+use anyhow::{Context, anyhow, bail};
+use scatter_scene::{ExrSource, RadianceImage, Shot, read_exr_with_source, write_atomically};
 use scatter_validate::{ForeignImage, Pictures};
 
 use crate::flags::Validate;
-use crate::output::{check_writable, stderr_line};
+use crate::output::{check_folder, check_writable, stderr_line};
 
 /// The image to grade with where its picture goes.
 pub struct Foreign {
     image: ForeignImage,
+    /// What of the file was taken.
+    source: ExrSource,
     path: PathBuf,
-    difference: PathBuf,
+    /// None: nobody asked for the picture, and the image's folder is not ours.
+    difference: Option<PathBuf>,
 }
 
 impl Foreign {
@@ -23,13 +26,23 @@ impl Foreign {
         if flags.shots.len() != 1 {
             bail!("--image: say which shot it is of; give one --shot");
         }
-        let image = read_exr(path)?;
+        let (image, source) = read_exr_with_source(path)?;
         check_finite(path, &image)?;
-        let difference = flags.difference.clone().unwrap_or_else(|| path.with_extension("difference.png"));
-        check_writable(&difference)?;
+        let difference = match (&flags.difference, &flags.report) {
+            (Some(difference), _) => {
+                check_writable(difference)?;
+                Some(difference.clone())
+            }
+            (None, Some(folder)) => {
+                check_folder(folder)?;
+                let name = Path::new(path.file_name().unwrap_or(path.as_os_str()));
+                Some(folder.join(name.with_extension("difference.png")))
+            }
+            (None, None) => None,
+        };
         let label = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let image = ForeignImage { label, image };
-        Ok(Some(Self { image, path: path.clone(), difference }))
+        Ok(Some(Self { image, source, path: path.clone(), difference }))
     }
 
     /// The image, to be measured.
@@ -37,7 +50,7 @@ impl Foreign {
         &self.image
     }
 
-    /// An error unless the image is as large as the shot's.
+    /// Says what of the file is graded; an error unless it is as large as the shot's image.
     pub fn check_size(&self, shot: &Shot) -> anyhow::Result<()> {
         let ([w, h], [shot_w, shot_h]) = (self.image.image.size, shot.camera.size());
         if [w, h] != [shot_w, shot_h] {
@@ -47,17 +60,25 @@ impl Foreign {
                 shot.name
             );
         }
+        stderr_line(&format!("{}: {}", self.path.display(), self.source));
         Ok(())
     }
 
-    /// Writes the picture of the difference to shadow-map truth, or to ray-cast truth if that is nearer.
+    /// Writes the picture of the difference to shadow-map truth, or to ray-cast truth if that is nearer, where it was
+    /// asked for.
     pub fn write_difference(&self, pictures: &Pictures) -> anyhow::Result<()> {
+        let Some(path) = &self.difference else { return Ok(()) };
         let (truth, png) = scatter_validate::report::difference_png(pictures, &self.image.image)
-            .map_err(|error| anyhow!("{}: {error}", self.difference.display()))?;
-        write_atomically(&self.difference, |writer| writer.write_all(&png))?;
+            .map_err(|error| anyhow!("{}: {error}", path.display()))?;
+        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            // The report's own folder is made only now.
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("{}: cannot be made", folder.display()))?;
+        }
+        write_atomically(path, |writer| writer.write_all(&png))?;
         stderr_line(&format!(
             "wrote {}: {} - {truth}, red too bright, blue too dark, full colour at a tenth of the truth's mean",
-            self.difference.display(),
+            path.display(),
             self.image.label
         ));
         Ok(())

@@ -51,7 +51,9 @@ fn an_image_is_graded_with_the_figures_of_compare_and_a_picture() {
     assert!(row["errors"]["shadow_map"]["rel_rmse"].is_number(), "both truths");
     assert!(row["time_ms"].as_object().unwrap().is_empty() && row["level"].is_null(), "{row}");
     assert_eq!(rows.len(), 2, "no technique was asked for: the map's row and the image's");
-    assert!(std::fs::read(folder.path().join("mine.difference.png")).unwrap().starts_with(b"\x89PNG"));
+    assert!(!folder.path().join("mine.difference.png").exists(), "nobody asked for a picture");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("mine.exr: part 1 of 1, channels R, G, B\n"), "{said}");
 }
 
 #[test]
@@ -74,7 +76,11 @@ fn the_table_says_which_level_an_image_reaches_or_that_it_is_identical() {
     }
     let html = std::fs::read_to_string(folder.path().join("rep/report.html")).unwrap();
     assert!(html.contains("mine.exr − truth-raycast"));
-    assert!(folder.path().join("d.png").exists() && !folder.path().join("mine.difference.png").exists());
+    assert!(std::fs::read(folder.path().join("d.png")).unwrap().starts_with(b"\x89PNG"));
+    assert!(!folder.path().join("rep/mine.difference.png").exists(), "it went where it was told to");
+    text("mine.exr", &["--report", "other"]);
+    assert!(folder.path().join("other/mine.difference.png").exists());
+    assert!(!folder.path().join("mine.difference.png").exists());
 }
 
 #[test]

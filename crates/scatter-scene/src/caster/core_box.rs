@@ -8,7 +8,7 @@ use glam::DVec3;
 
 /// The box that holds a scene but for its outermost vertices.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct CoreBox {
+pub(super) struct CoreBox {
     /// Its middle.
     pub centre: DVec3,
     /// Largest half of a side.

@@ -15,7 +15,6 @@ use crate::scene::Scene;
 
 pub(crate) use bvh::{Bvh, F32_ROUNDING, Node, Pending};
 pub(crate) use cards::{Card, Cards};
-pub(crate) use core_box::CoreBox;
 #[cfg(feature = "raster")]
 pub(crate) use map_casts::TexelLines;
 pub(crate) use ray_plane::{PlanePoint, RayPlane, Segment};

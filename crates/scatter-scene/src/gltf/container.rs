@@ -5,26 +5,34 @@
 //! unknown chunks are skipped; a byte order mark before the JSON is skipped.
 
 use std::cell::OnceCell;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
-use super::schema::{Buffer, Root};
-use super::uri::{Uri, parse_uri};
+use gltf::json::buffer::View;
+use gltf::json::{Buffer, Root};
+
+use super::accessor::sub_slice;
+use super::document::Document;
+use super::uri::read_uri;
 use crate::error::{Checked, Fault};
+use crate::text::utf8_bytes;
+
+/// How to get rid of mesh compression.
+pub(super) const DECOMPRESS: &str =
+    "export it without mesh compression, or decompress it (gltf-transform copy in.glb out.glb)";
 
 const CUT_OFF: &str = "the file is cut off or damaged: export or copy it again";
 
 /// The JSON of the asset and, in a GLB, its binary chunk.
-pub(super) fn split(bytes: &[u8]) -> Checked<(Root, Option<&[u8]>)> {
+pub(super) fn split(bytes: &[u8]) -> Checked<(Document, Option<&[u8]>)> {
     if !bytes.starts_with(b"glTF") {
-        let json = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        return Ok((parse_json(json)?, None));
+        let json = utf8_bytes(bytes, "as UTF-8, as glTF demands")?;
+        return Ok((Document::parse(json)?, None));
     }
     let header = |word: usize| read_u32(bytes, 4 * word).ok_or_else(|| cut_off("GLB header"));
     let version = header(1)?;
     if version != 2 {
-        let problem = format!("GLB version {version}");
+        let old = if version == 1 { ": this is a glTF 1.0 file" } else { "" };
+        let problem = format!("GLB version {version}{old}");
         return Err(Fault::unsupported("GLB header", problem, "export it as glTF 2.0"));
     }
     let length = header(2)? as usize;
@@ -55,7 +63,7 @@ pub(super) fn split(bytes: &[u8]) -> Checked<(Root, Option<&[u8]>)> {
         rest = &body[chunk.len()..];
     }
     let json = json.ok_or_else(|| Fault::invalid("GLB chunk 0", "it is not the JSON chunk", CUT_OFF))?;
-    Ok((parse_json(json)?, bin))
+    Ok((Document::parse(json)?, bin))
 }
 
 /// The asset's buffers, read when they are first asked for.
@@ -87,50 +95,52 @@ impl<'a> Buffers<'a> {
             (Some(uri), _) => match self.loaded[buffer_idx].get() {
                 Some(bytes) => bytes,
                 None => {
-                    let bytes = self.load(uri, buffer.byte_length, &place)?;
+                    let bytes = read_uri(self.folder, uri, buffer.byte_length.0)
+                        .map_err(|fault| fault.at(format!("{}.uri", place())))?;
                     self.loaded[buffer_idx].get_or_init(|| bytes)
                 }
             },
         };
-        usize::try_from(buffer.byte_length).ok().and_then(|length| bytes.get(..length)).ok_or_else(|| {
+        usize::try_from(buffer.byte_length.0).ok().and_then(|length| bytes.get(..length)).ok_or_else(|| {
             let problem =
-                format!("byteLength is {}, but there are {} bytes", buffer.byte_length, bytes.len());
+                format!("byteLength is {}, but there are {} bytes", buffer.byte_length.0, bytes.len());
             Fault::invalid(place(), problem, CUT_OFF)
         })
     }
 
-    fn load(&self, uri: &str, byte_length: u64, place: &dyn Fn() -> String) -> Checked<Vec<u8>> {
-        let relative = match parse_uri(uri)
-            .map_err(|(problem, cure)| Fault::invalid(format!("{}.uri", place()), problem, cure))?
-        {
-            Uri::Data(bytes) => return Ok(bytes),
-            Uri::Relative(path) => path,
-        };
-        let path = self.folder.join(&relative);
-        let read = || {
-            let file = File::open(&path)?;
-            if !file.metadata()?.is_file() {
-                return Err(std::io::Error::other("this is not a regular file"));
-            }
-            let mut bytes = Vec::new();
-            file.take(byte_length).read_to_end(&mut bytes)?;
-            Ok(bytes)
-        };
-        read().map_err(|error| {
-            let problem = format!("cannot read {}: {error}", path.display());
-            Fault::invalid(format!("{}.uri", place()), problem, "put the buffer's file beside the glTF file")
+    /// The bytes of a buffer view; a fault about the index alone has no place.
+    pub(super) fn view(&self, root: &Root, view_idx: usize) -> Checked<&[u8]> {
+        let view = root.buffer_views.get(view_idx).ok_or_else(|| {
+            let problem = format!("bufferView {view_idx}, but the asset has {}", root.buffer_views.len());
+            Fault::invalid("", problem, CUT_OFF)
+        })?;
+        self.check_not_compressed(view, view_idx)?;
+        let buffer = self.bytes(view.buffer.value())?;
+        let offset = view.byte_offset.unwrap_or_default().0;
+        let length = view.byte_length.0;
+        sub_slice(buffer, offset, offset.checked_add(length)).ok_or_else(|| {
+            let problem = format!("{length} bytes from {offset} on do not fit into {} bytes", buffer.len());
+            Fault::invalid(format!("bufferViews[{view_idx}]"), problem, CUT_OFF)
         })
     }
-}
 
-fn parse_json(json: &[u8]) -> Checked<Root> {
-    serde_json::from_slice(json).map_err(|error| {
-        let message = error.to_string();
-        // serde_json ends its messages with the place, which we put first.
-        let problem = message.rsplit_once(" at line ").map_or(message.as_str(), |(problem, _)| problem);
-        let place = format!("JSON line {} column {}", error.line(), error.column());
-        Fault::invalid(place, problem, "the file is no valid glTF 2.0: export it again")
-    })
+    /// An error if only the compressed form of a view is there; where a fallback is, that is read.
+    fn check_not_compressed(&self, view: &View, view_idx: usize) -> Checked<()> {
+        let names = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+        let others = view.extensions.as_ref().map(|extensions| &extensions.others);
+        let Some(name) = names.into_iter().find(|name| others.is_some_and(|o| o.contains_key(*name))) else {
+            return Ok(());
+        };
+        let has_bytes = self.json.get(view.buffer.value()).is_some_and(|buffer| {
+            let is_placeholder = buffer.extensions.as_ref().is_some_and(|e| e.others.contains_key(name));
+            buffer.uri.is_some() || (!is_placeholder && view.buffer.value() == 0 && self.bin.is_some())
+        });
+        if has_bytes {
+            return Ok(());
+        }
+        let problem = format!("it is compressed with {name}, which is not read");
+        Err(Fault::unsupported(format!("bufferViews[{view_idx}]"), problem, DECOMPRESS))
+    }
 }
 
 fn read_u32(bytes: &[u8], offset: usize) -> Option<u32> {

@@ -1,14 +1,16 @@
 //! Cameras and KHR_lights_punctual lights of the node hierarchy.
 //!
-//! Source: Khronos, glTF 2.0 specification, section 3.10; KHR_lights_punctual. Departures: `range`, near and far
-//! planes and the aspect ratio are not read; equal inner and outer cone angles are allowed.
+//! Source: Khronos, glTF 2.0 specification, section 3.10; KHR_lights_punctual. Departures: near and far planes and the
+//! aspect ratio are not read; a light's `range` is no part of the model, and is noted; equal inner and outer cone angles
+//! are allowed.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DMat4;
 
+use super::document::Document;
+use super::exact::{Camera, Light};
 use super::nodes::node_place;
-use super::schema::{Camera, Light, Root};
 use crate::error::{Checked, Fault};
 use crate::scene::{SceneCamera, SceneLens, SceneLight, SceneLightKind};
 
@@ -17,13 +19,13 @@ const ANGLE_ROUNDING: f64 = 1e-6;
 
 /// The node's camera, if it has one.
 pub(super) fn scene_camera(
-    root: &Root,
+    document: &Document,
     node_idx: usize,
     world_from_camera: DMat4,
 ) -> Checked<Option<SceneCamera>> {
-    let node = &root.nodes[node_idx];
-    let Some(camera_idx) = node.camera else { return Ok(None) };
-    let camera = listed(root, node_idx, "camera", &root.cameras, camera_idx)?;
+    let node = &document.root.nodes[node_idx];
+    let Some(camera_idx) = node.camera.map(|camera| camera.value()) else { return Ok(None) };
+    let camera = listed(document, node_idx, "camera", &document.exact.cameras, camera_idx)?;
     let name = node.name.as_ref().or(camera.name.as_ref());
     let name = name.map_or_else(|| format!("camera-{camera_idx}"), String::clone);
     let lens = lens(camera, camera_idx)?;
@@ -32,15 +34,17 @@ pub(super) fn scene_camera(
 
 /// The node's light, if it has one.
 pub(super) fn scene_light(
-    root: &Root,
+    document: &Document,
     node_idx: usize,
     world_from_light: DMat4,
+    notes: &mut Vec<String>,
 ) -> Checked<Option<SceneLight>> {
-    let node = &root.nodes[node_idx];
-    let Some(light_idx) = node.extensions.light.as_ref().map(|reference| reference.light) else {
+    let node = &document.root.nodes[node_idx];
+    let reference = node.extensions.as_ref().and_then(|extensions| extensions.khr_lights_punctual.as_ref());
+    let Some(light_idx) = reference.map(|reference| reference.light.value()) else {
         return Ok(None);
     };
-    let light = listed(root, node_idx, "light", &root.extensions.lights.lights, light_idx)?;
+    let light = listed(document, node_idx, "light", &document.exact.extensions.lights.lights, light_idx)?;
     let place = || format!("lights[{light_idx}]");
     let name = node.name.as_ref().or(light.name.as_ref());
     let name = name.map_or_else(|| format!("light-{light_idx}"), String::clone);
@@ -61,13 +65,22 @@ pub(super) fn scene_light(
             return Err(Fault::invalid(place(), problem, "types are directional, point and spot"));
         }
     };
+    if let Some(range) = light.range.filter(|_| kind != SceneLightKind::Directional) {
+        notes.push(format!("light \"{name}\" has a range of {range}, which is no part of the model: it shines at any distance"));
+    }
     Ok(Some(SceneLight { name, world_from_light, strength, kind }))
 }
 
-fn listed<'a, T>(root: &Root, node_idx: usize, what: &str, list: &'a [T], idx: usize) -> Checked<&'a T> {
+fn listed<'a, T>(
+    document: &Document,
+    node_idx: usize,
+    what: &str,
+    list: &'a [T],
+    idx: usize,
+) -> Checked<&'a T> {
     list.get(idx).ok_or_else(|| {
         let problem = format!("{what} {idx}, but the asset has {}", list.len());
-        Fault::invalid(node_place(root, node_idx), problem, "the file is damaged: export it again")
+        Fault::invalid(node_place(&document.root, node_idx), problem, "the file is damaged: export it again")
     })
 }
 

@@ -1,37 +1,91 @@
 //! The node hierarchy: which nodes the default scene holds, and their f64 world matrices.
 //!
 //! Source: Khronos, glTF 2.0 specification, sections 3.5.2 and 3.5.3: a strict forest, local = T·R·S or a matrix,
-//! world = parent's world · local. Iterative, so that no depth can overflow the stack. Departures: quaternions are
-//! normalised in f64 (files hold rounded ones); without any scene every parentless node is taken.
+//! world = parent's world · local; KHR_node_visibility. Iterative, so that no depth can overflow the stack. Departures:
+//! quaternions are normalised in f64 (files hold rounded ones), a last row that is 0 0 0 1 up to f32 rounding is taken
+//! for it; without any scene every parentless node is taken; a scene that lists a child beside its parent gets it once,
+//! under its parent, with a note.
 
 use glam::{DMat4, DQuat, DVec3, DVec4};
 
-use super::schema::{Node, Root};
+use gltf::json::Root;
+
+use super::document::Document;
+use super::exact::NodeNumbers;
 use crate::error::{Checked, Fault};
+
+/// How far the last row of a matrix may be from 0 0 0 1: products and inverses of f32 matrices leave some 1e-7 an entry,
+/// deep hierarchies ten times that. A matrix that is meant to be projective differs by far more.
+const LAST_ROW_ROUNDING: f64 = 1e-5;
+
+/// The nodes of an asset, where they stand.
+pub(super) struct Nodes {
+    /// The nodes of the default scene, parents before children, siblings in the file's order.
+    pub placed: Vec<PlacedNode>,
+    parents: Vec<Option<usize>>,
+    /// World matrices of the placed nodes, by the node's index.
+    worlds: Vec<Option<DMat4>>,
+}
 
 /// A node of the default scene.
 pub(super) struct PlacedNode {
     pub node_idx: usize,
     pub world_from_node: DMat4,
+    /// Neither it nor one of its ancestors is switched off: of those that are, only the cameras count.
+    pub is_visible: bool,
 }
 
-/// The nodes of the default scene, parents before children, siblings in the file's order.
-pub(super) fn placed_nodes(root: &Root) -> Checked<Vec<PlacedNode>> {
-    let parents = checked_parents(root)?;
-    let roots = scene_roots(root, &parents)?;
-    let mut placed = Vec::new();
-    let mut stack: Vec<(usize, DMat4)> = roots.iter().rev().map(|&node| (node, DMat4::IDENTITY)).collect();
-    while let Some((node_idx, world_from_parent)) = stack.pop() {
-        let node = &root.nodes[node_idx];
-        let world_from_node = world_from_parent * local_matrix(root, node_idx)?;
-        if !world_from_node.is_finite() {
-            let problem = "the product of its and its parents' matrices is not finite";
-            return Err(Fault::invalid(node_place(root, node_idx), problem, "export it at a sane scale"));
+impl Nodes {
+    /// Places the nodes of the default scene; an error unless the nodes are a forest.
+    pub(super) fn new(document: &Document, notes: &mut Vec<String>) -> Checked<Self> {
+        let root = &document.root;
+        let parents = checked_parents(root)?;
+        let roots = scene_roots(root, &parents, notes)?;
+        let mut nodes = Self { placed: Vec::new(), worlds: vec![None; parents.len()], parents };
+        let mut stack: Vec<_> = roots.iter().rev().map(|&node| (node, DMat4::IDENTITY, true)).collect();
+        while let Some((node_idx, world_from_parent, is_parent_visible)) = stack.pop() {
+            let world_from_node = world_from_parent * local_matrix(document, node_idx)?;
+            checked_matrix(root, node_idx, world_from_node)?;
+            let is_visible = is_parent_visible && !is_switched_off(root, node_idx);
+            nodes.placed.push(PlacedNode { node_idx, world_from_node, is_visible });
+            nodes.worlds[node_idx] = Some(world_from_node);
+            stack.extend(children(root, node_idx).rev().map(|child| (child, world_from_node, is_visible)));
         }
-        placed.push(PlacedNode { node_idx, world_from_node });
-        stack.extend(node.children.iter().rev().map(|&child| (child, world_from_node)));
+        Ok(nodes)
     }
-    Ok(placed)
+
+    /// The world matrix of any node that exists, in the default scene or not: a joint need not be in it.
+    pub(super) fn world_from(&self, document: &Document, node_idx: usize) -> Checked<DMat4> {
+        let mut matrix = DMat4::IDENTITY;
+        let mut next = Some(node_idx);
+        while let Some(idx) = next {
+            if let Some(world) = self.worlds[idx] {
+                matrix = world * matrix;
+                break;
+            }
+            matrix = local_matrix(document, idx)? * matrix;
+            next = self.parents[idx];
+        }
+        checked_matrix(&document.root, node_idx, matrix)?;
+        Ok(matrix)
+    }
+}
+
+fn checked_matrix(root: &Root, node_idx: usize, world: DMat4) -> Checked<()> {
+    if world.is_finite() {
+        return Ok(());
+    }
+    let problem = "the product of its and its parents' matrices is not finite";
+    Err(Fault::invalid(node_place(root, node_idx), problem, "export it at a sane scale"))
+}
+
+fn is_switched_off(root: &Root, node_idx: usize) -> bool {
+    let extension = |name| root.nodes[node_idx].extensions.as_ref().and_then(|e| e.others.get(name));
+    extension("KHR_node_visibility").is_some_and(|e| e["visible"] == false)
+}
+
+fn children(root: &Root, node_idx: usize) -> impl DoubleEndedIterator<Item = usize> {
+    root.nodes[node_idx].children.iter().flatten().map(|child| child.value())
 }
 
 /// `nodes[3] "name"`.
@@ -48,7 +102,7 @@ fn checked_parents(root: &Root) -> Checked<Vec<Option<usize>>> {
     let count = root.nodes.len();
     let mut parents = vec![None; count];
     for (node_idx, node) in root.nodes.iter().enumerate() {
-        for &child in &node.children {
+        for child in node.children.iter().flatten().map(|child| child.value()) {
             let place = || node_place(root, node_idx);
             let parent = parents.get_mut(child).ok_or_else(|| {
                 let problem = format!("child {child}, but the asset has {count} nodes");
@@ -66,7 +120,7 @@ fn checked_parents(root: &Root) -> Checked<Vec<Option<usize>>> {
     let mut stack: Vec<usize> = (0..count).filter(|&i| parents[i].is_none()).collect();
     while let Some(node_idx) = stack.pop() {
         reached[node_idx] = true;
-        stack.extend(&root.nodes[node_idx].children);
+        stack.extend(children(root, node_idx));
     }
     match reached.iter().position(|&r| !r) {
         Some(node_idx) => {
@@ -76,10 +130,11 @@ fn checked_parents(root: &Root) -> Checked<Vec<Option<usize>>> {
     }
 }
 
-fn scene_roots(root: &Root, parents: &[Option<usize>]) -> Checked<Vec<usize>> {
+/// The roots of the default scene, each once.
+fn scene_roots(root: &Root, parents: &[Option<usize>], notes: &mut Vec<String>) -> Checked<Vec<usize>> {
     let scene_idx = match (root.scene, root.scenes.is_empty()) {
         (None, true) => return Ok((0..parents.len()).filter(|&i| parents[i].is_none()).collect()),
-        (scene, _) => scene.unwrap_or(0),
+        (scene, _) => scene.map_or(0, |scene| scene.value()),
     };
     let fault = |problem: String| {
         Fault::invalid(format!("scenes[{scene_idx}]"), problem, "a scene lists root nodes, each once")
@@ -87,35 +142,68 @@ fn scene_roots(root: &Root, parents: &[Option<usize>]) -> Checked<Vec<usize>> {
     let scene = root.scenes.get(scene_idx).ok_or_else(|| {
         fault(format!("it is the default scene, but the asset has {} scenes", root.scenes.len()))
     })?;
-    let mut listed = vec![false; parents.len()];
-    for &node in &scene.nodes {
-        match parents.get(node) {
+    let mut is_listed = vec![false; parents.len()];
+    for node in scene.nodes.iter().map(|node| node.value()) {
+        match is_listed.get_mut(node) {
             None => return Err(fault(format!("node {node}, but the asset has {} nodes", parents.len()))),
-            Some(Some(parent)) => {
-                return Err(fault(format!("node {node} is no root but a child of {parent}")));
-            }
-            Some(None) if listed[node] => return Err(fault(format!("it lists node {node} twice"))),
-            Some(None) => listed[node] = true,
+            Some(true) => return Err(fault(format!("it lists node {node} twice"))),
+            Some(listed) => *listed = true,
         }
     }
-    Ok(scene.nodes.clone())
+    let mut roots = Vec::new();
+    let mut below = Vec::new();
+    // Whether an ancestor is listed, of every node that was asked for: chains may be long and shared.
+    let mut known: Vec<Option<bool>> = vec![None; parents.len()];
+    for node in scene.nodes.iter().map(|node| node.value()) {
+        let mut chain = vec![node];
+        let mut has_listed_ancestor = false;
+        let mut next = parents[node];
+        while let Some(ancestor) = next {
+            if is_listed[ancestor] || known[ancestor] == Some(true) {
+                has_listed_ancestor = true;
+                break;
+            }
+            if known[ancestor] == Some(false) {
+                break;
+            }
+            chain.push(ancestor);
+            next = parents[ancestor];
+        }
+        chain.into_iter().for_each(|node| known[node] = Some(has_listed_ancestor));
+        if has_listed_ancestor { below.push(node) } else { roots.push(node) }
+    }
+    if let Some(&first) = below.first() {
+        let count = below.len();
+        notes.push(format!(
+            "scenes[{scene_idx}] lists {} and {} more beside their parents: each is taken once, where its parents put it",
+            node_place(root, first),
+            count - 1
+        ));
+    }
+    if let Some(&orphan) = roots.iter().find(|&&node| parents[node].is_some()) {
+        notes.push(format!(
+            "scenes[{scene_idx}] lists {}, a child of a node that is not in the scene: it is placed without its parent",
+            node_place(root, orphan)
+        ));
+    }
+    Ok(roots)
 }
 
-fn local_matrix(root: &Root, node_idx: usize) -> Checked<DMat4> {
-    let node: &Node = &root.nodes[node_idx];
-    let fault = |problem, cure| Err(Fault::invalid(node_place(root, node_idx), problem, cure));
-    let Node { matrix, translation, rotation, scale, .. } = node;
+fn local_matrix(document: &Document, node_idx: usize) -> Checked<DMat4> {
+    let fault = |problem, cure| Err(Fault::invalid(node_place(&document.root, node_idx), problem, cure));
+    let NodeNumbers { matrix, translation, rotation, scale, .. } = &document.exact.nodes[node_idx];
     if let Some(matrix) = matrix {
         if translation.is_some() || rotation.is_some() || scale.is_some() {
             return fault("it has a matrix and translation, rotation or scale", "keep one of the two");
         }
-        let matrix = DMat4::from_cols_array(matrix);
-        if matrix.row(3) != DVec4::W {
+        let mut matrix = DMat4::from_cols_array(matrix);
+        if !((matrix.row(3) - DVec4::W).abs().max_element() <= LAST_ROW_ROUNDING) {
             return fault("its matrix is not affine", "the last row (elements 3, 7, 11, 15) is 0 0 0 1");
         }
+        (matrix.x_axis.w, matrix.y_axis.w, matrix.z_axis.w, matrix.w_axis.w) = (0.0, 0.0, 0.0, 1.0);
         return Ok(matrix);
     }
-    let rotation = DQuat::from_array(rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+    let rotation = DQuat::from_array((*rotation).unwrap_or([0.0, 0.0, 0.0, 1.0]));
     // Scaled first, so that no square overflows or vanishes.
     let largest = DVec4::from(rotation).abs().max_element();
     if largest == 0.0 {

@@ -1,27 +1,33 @@
-//! Meshes: the triangles of a mesh's primitives in mesh space, with only the vertices that they use.
+//! Meshes: the triangles of a mesh's primitives, posed and cut out, with only the vertices that they use.
 //!
 //! Source: Khronos, glTF 2.0 specification, section 3.7.2 (primitive modes). Files often let many primitives share
 //! one large vertex accessor, so each takes the vertices that its indices name, in order of first use.
 
 use std::collections::HashMap;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+use gltf::json::Root;
+use gltf::json::mesh::{Mesh, Mode, Primitive, Semantic};
+use gltf::json::validation::Checked as Known;
 
-use super::accessor::{Elements, accessor};
-use super::container::Buffers;
-use super::schema::{Mesh, Primitive, Root};
+use super::accessor::{Elements, INDICES, TEX_COORD, accessor, vec3};
+use super::container::{Buffers, DECOMPRESS};
+use super::document::Document;
+use super::material::{Coverage, Masking, Materials};
+use super::morph::Morph;
+use super::skin::{Skin, Weighted};
+use crate::cutout::Cutout;
 use crate::error::{Checked, Fault};
 
-/// The default primitive mode.
-pub(super) const TRIANGLES: u64 = 4;
-const STRIP: u64 = 5;
-const FAN: u64 = 6;
+const DRACO: &str = "KHR_draco_mesh_compression";
 
-/// Triangles of one mesh in its own space.
+/// Triangles of one mesh: in its own space, or, with a skin, in the world's.
 #[derive(Default)]
 pub(super) struct LocalMesh {
     pub positions: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
+    /// By the index of a triangle in this mesh, ascending.
+    pub cutouts: Vec<Cutout>,
     pub left_out: LeftOut,
 }
 
@@ -32,33 +38,60 @@ pub(super) struct LeftOut {
     pub line_primitives: usize,
     pub degenerate: usize,
     pub incomplete: usize,
-    pub morphed: usize,
+    /// Primitives of a skinned mesh that name no joints.
+    pub unskinned: usize,
+    pub moved_tex_coords: usize,
+}
+
+/// In which shape a mesh is decoded.
+pub(super) struct Pose<'a> {
+    /// Weights of its morph targets; those that lack are zero.
+    pub weights: &'a [f64],
+    pub skin: Option<&'a Skin>,
 }
 
 /// How many triangles the mesh will have at most, by its counts alone: asked before anything is decoded.
 pub(super) fn triangle_count(root: &Root, mesh: &Mesh) -> Checked<u64> {
     let mut total = 0u64;
     for primitive in &mesh.primitives {
-        let Some(position) = primitive.attributes.position else { continue };
-        let vertex_count = accessor(root, primitive.indices.unwrap_or(position))?.count;
-        total = total.saturating_add(triangles_of(primitive.mode, vertex_count));
+        let Some(position) = attribute(primitive, Semantic::Positions) else { continue };
+        let elements = primitive.indices.map_or(position, |indices| indices.value());
+        total = total.saturating_add(triangles_of(mode(primitive), accessor(root, elements)?.count.0));
     }
     Ok(total)
 }
 
 /// Decodes the triangles of a mesh; the caller has checked their number against the limit.
-pub(super) fn decode(root: &Root, buffers: &Buffers<'_>, mesh_idx: usize) -> Checked<LocalMesh> {
+pub(super) fn decode(
+    document: &Document,
+    buffers: &Buffers<'_>,
+    materials: &mut Materials<'_>,
+    mesh_idx: usize,
+    pose: &Pose<'_>,
+) -> Checked<LocalMesh> {
     let mut local = LocalMesh::default();
-    for (primitive_idx, primitive) in root.meshes[mesh_idx].primitives.iter().enumerate() {
+    let mut skinned_count = 0;
+    for (primitive_idx, primitive) in document.root.meshes[mesh_idx].primitives.iter().enumerate() {
         let place = || format!("meshes[{mesh_idx}].primitives[{primitive_idx}]");
-        local.left_out.morphed += usize::from(primitive.targets.is_some());
-        match primitive.mode {
-            0 => local.left_out.point_primitives += 1,
-            1..=3 => local.left_out.line_primitives += 1,
-            TRIANGLES | STRIP | FAN => append(root, buffers, primitive, &place, &mut local)?,
-            mode => {
-                let problem = format!("primitive mode {mode}");
-                return Err(Fault::invalid(place(), problem, "modes are 0 to 6: export the file again"));
+        let left_out = &mut local.left_out;
+        match mode(primitive) {
+            Mode::Points => left_out.point_primitives += 1,
+            Mode::Lines | Mode::LineLoop | Mode::LineStrip => left_out.line_primitives += 1,
+            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => {
+                let is_morphed = pose.weights.iter().any(|weight| *weight != 0.0);
+                if is_morphed && document.moved_tex_coords.contains(&[mesh_idx, primitive_idx]) {
+                    left_out.moved_tex_coords += 1;
+                }
+                let unskinned_before = left_out.unskinned;
+                append(&document.root, buffers, materials, primitive, pose, &place, &mut local)?;
+                if pose.skin.is_some() && local.left_out.unskinned == unskinned_before {
+                    skinned_count += 1;
+                }
+                if skinned_count > 0 && local.left_out.unskinned > 0 {
+                    let problem = "some primitives of this skinned mesh name joints, others do not";
+                    let cure = "give all of them JOINTS_0 and WEIGHTS_0, or split the mesh";
+                    return Err(Fault::invalid(place(), problem, cure));
+                }
             }
         }
     }
@@ -68,29 +101,44 @@ pub(super) fn decode(root: &Root, buffers: &Buffers<'_>, mesh_idx: usize) -> Che
 fn append(
     root: &Root,
     buffers: &Buffers<'_>,
+    materials: &mut Materials<'_>,
     primitive: &Primitive,
+    pose: &Pose<'_>,
     place: &dyn Fn() -> String,
     local: &mut LocalMesh,
 ) -> Checked<()> {
     // Legal: an extension may supply the positions. Then there is nothing to draw without it.
-    let Some(position) = primitive.attributes.position else { return Ok(()) };
-    let positions = Elements::positions(root, buffers, position)?;
+    let Some(position) = attribute(primitive, Semantic::Positions) else { return Ok(()) };
+    check_not_compressed(root, primitive, position, place)?;
+    let positions = Elements::open(root, buffers, position, &vec3("POSITION is"))?;
     let indices = match primitive.indices {
-        Some(accessor_idx) => Some(Elements::indices(root, buffers, accessor_idx)?),
+        Some(accessor) => Some(Elements::<1>::open(root, buffers, accessor.value(), &INDICES)?),
         None => None,
     };
     let index_count = indices.as_ref().map_or(positions.count(), Elements::count);
-    if primitive.mode == TRIANGLES && !index_count.is_multiple_of(3) {
+    let mode = mode(primitive);
+    if mode == Mode::Triangles && !index_count.is_multiple_of(3) {
         local.left_out.incomplete += 1;
     }
+    let morph = Morph::open(root, buffers, primitive, pose.weights, positions.count(), place)?;
+    let weighted = match pose.skin {
+        None => None,
+        Some(skin) => Weighted::open(root, buffers, primitive, skin, positions.count(), place)?,
+    };
+    local.left_out.unskinned += usize::from(pose.skin.is_some() && weighted.is_none());
+    let masked = match masked(root, buffers, materials, primitive, positions.count(), place)? {
+        Cut::Whole => None,
+        Cut::Nothing => return Ok(()),
+        Cut::Masked(masked) => Some(masked),
+    };
     let new_of_old = NewOfOld::new(index_count, positions.count());
-    let mut vertices = Vertices { local, positions, new_of_old };
-    for i in 0..triangles_of(primitive.mode, index_count) {
-        let corners = match primitive.mode {
-            TRIANGLES => [3 * i, 3 * i + 1, 3 * i + 2],
+    let mut vertices = Vertices { local, positions, morph, weighted, new_of_old };
+    for i in 0..triangles_of(mode, index_count) {
+        let corners = match mode {
             // Every other triangle of a strip is turned, so that all wind the same way.
-            STRIP => [i, i + 1 + i % 2, i + 2 - i % 2],
-            _ => [i + 1, i + 2, 0],
+            Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
+            Mode::TriangleFan => [i + 1, i + 2, 0],
+            _ => [3 * i, 3 * i + 1, 3 * i + 2],
         };
         let olds = corners.map(|k| indices.as_ref().map_or(k, |indices| indices.get(k)[0] as u64));
         if olds[0] == olds[1] || olds[1] == olds[2] || olds[2] == olds[0] {
@@ -101,15 +149,115 @@ fn append(
         for (new, old) in triangle.iter_mut().zip(olds) {
             *new = vertices.new_idx(old, place)?;
         }
+        if let Some(masked) = &masked {
+            // MAX_TRIANGLES fit a u32.
+            let cutout = masked.cutout(vertices.local.triangles.len() as u32, olds, place)?;
+            vertices.local.cutouts.push(cutout);
+        }
         vertices.local.triangles.push(triangle);
     }
     Ok(())
 }
 
+/// An error if only the compressed form of a primitive is there; where uncompressed accessors are, those are read.
+fn check_not_compressed(
+    root: &Root,
+    primitive: &Primitive,
+    position: usize,
+    place: &dyn Fn() -> String,
+) -> Checked<()> {
+    if !primitive.extensions.as_ref().is_some_and(|extensions| extensions.others.contains_key(DRACO)) {
+        return Ok(());
+    }
+    for idx in [Some(position), primitive.indices.map(|indices| indices.value())].into_iter().flatten() {
+        let accessor = accessor(root, idx)?;
+        if accessor.buffer_view.is_none() && accessor.sparse.is_none() {
+            let problem = format!("its geometry is compressed with {DRACO}, which is not read");
+            return Err(Fault::unsupported(place(), problem, DECOMPRESS));
+        }
+    }
+    Ok(())
+}
+
+/// As [`Coverage`], with the texture coordinates that a mask needs.
+enum Cut<'a> {
+    Whole,
+    Nothing,
+    Masked(Masked<'a>),
+}
+
+/// A mask with the texture coordinates of a primitive's vertices.
+struct Masked<'a> {
+    masking: Masking,
+    tex_coords: Elements<'a, 2>,
+}
+
+fn masked<'a>(
+    root: &Root,
+    buffers: &'a Buffers<'_>,
+    materials: &mut Materials<'_>,
+    primitive: &Primitive,
+    vertex_count: u64,
+    place: &dyn Fn() -> String,
+) -> Checked<Cut<'a>> {
+    let Some(material) = primitive.material.map(|material| material.value()) else { return Ok(Cut::Whole) };
+    let coverage = materials.coverage(material, place)?;
+    if materials.is_mask(material)
+        && attribute(primitive, Semantic::Colors(0)).is_some_and(|color| {
+            root.accessors
+                .get(color)
+                .is_some_and(|a| a.type_ == Known::Valid(gltf::json::accessor::Type::Vec4))
+        })
+    {
+        materials.note(material, "is a cut-out whose COLOR_0 has an alpha, which is not read");
+    }
+    let masking = match coverage {
+        Coverage::Whole => return Ok(Cut::Whole),
+        Coverage::Nothing => return Ok(Cut::Nothing),
+        Coverage::Masked(masking) => masking,
+    };
+    let name = format!("TEXCOORD_{}", masking.tex_coord);
+    let Some(accessor) = attribute(primitive, Semantic::TexCoords(masking.tex_coord)) else {
+        materials.note(
+            material,
+            &format!("is a cut-out, but counts as opaque on {}, which has no {name}", place()),
+        );
+        return Ok(Cut::Whole);
+    };
+    let tex_coords = Elements::open(root, buffers, accessor, &TEX_COORD)?;
+    if tex_coords.count() < vertex_count {
+        let problem = format!("{vertex_count} positions, but {} elements of {name}", tex_coords.count());
+        return Err(Fault::invalid(place(), problem, "the file is damaged: export it again"));
+    }
+    Ok(Cut::Masked(Masked { masking, tex_coords }))
+}
+
+impl Masked<'_> {
+    fn cutout(&self, triangle: u32, olds: [u64; 3], place: &dyn Fn() -> String) -> Checked<Cutout> {
+        let mut uv = [DVec2::ZERO; 3];
+        for (uv, old) in uv.iter_mut().zip(olds) {
+            let attribute = DVec2::from_array(self.tex_coords.get(old));
+            *uv = self.masking.texture_from_attribute.transform_point2(attribute);
+            if !uv.is_finite() {
+                let problem =
+                    format!("TEXCOORD_{}[{old}] is {attribute}, not finite", self.masking.tex_coord);
+                return Err(Fault::invalid(
+                    place(),
+                    problem,
+                    "export the mesh with finite texture coordinates",
+                ));
+            }
+        }
+        Ok(Cutout { triangle, mask: self.masking.mask, uv })
+    }
+}
+
 /// Appends the vertices of one primitive as they are first used.
 struct Vertices<'a> {
     local: &'a mut LocalMesh,
-    positions: Elements<'a>,
+    positions: Elements<'a, 3>,
+    morph: Morph<'a>,
+    weighted: Option<Weighted<'a>>,
     new_of_old: NewOfOld,
 }
 
@@ -150,7 +298,13 @@ impl Vertices<'_> {
             NewOfOld::Sparse(map) => map.entry(old).or_insert(u32::MAX),
         };
         if *new == u32::MAX {
-            let p_mesh = DVec3::from_array(self.positions.get(old));
+            let mut p_mesh = DVec3::from_array(self.positions.get(old));
+            if let Some(displacement) = self.morph.displacement(old) {
+                p_mesh += displacement;
+            }
+            if let Some(weighted) = &self.weighted {
+                p_mesh = weighted.world(old, p_mesh, place)?;
+            }
             if !p_mesh.is_finite() {
                 let problem = format!("POSITION[{old}] is {p_mesh}, not finite");
                 return Err(Fault::invalid(place(), problem, "export the mesh with finite coordinates"));
@@ -162,10 +316,22 @@ impl Vertices<'_> {
     }
 }
 
-fn triangles_of(mode: u64, vertex_count: u64) -> u64 {
+fn attribute(primitive: &Primitive, semantic: Semantic) -> Option<usize> {
+    primitive.attributes.get(&Known::Valid(semantic)).map(|accessor| accessor.value())
+}
+
+/// Unknown modes were refused with the document.
+fn mode(primitive: &Primitive) -> Mode {
+    match primitive.mode {
+        Known::Valid(mode) => mode,
+        Known::Invalid => Mode::Triangles,
+    }
+}
+
+fn triangles_of(mode: Mode, vertex_count: u64) -> u64 {
     match mode {
-        TRIANGLES => vertex_count / 3,
-        STRIP | FAN => vertex_count.saturating_sub(2),
-        _ => 0,
+        Mode::Triangles => vertex_count / 3,
+        Mode::TriangleStrip | Mode::TriangleFan => vertex_count.saturating_sub(2),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => 0,
     }
 }

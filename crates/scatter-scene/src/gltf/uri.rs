@@ -1,100 +1,73 @@
-//! Buffer URIs: `data:` with base64 or percent-encoded bytes, and relative paths.
+//! URIs of buffers and images: `data:` and paths relative to the asset.
 //!
-//! Sources: RFC 2397 (data), RFC 3986 (percent-encoding), RFC 4648 (base64, standard alphabet, padding optional).
-//! Departure: schemes, absolute paths and drive letters are refused, so that a file from elsewhere can name only
-//! files relative to itself. `..` is legal glTF and allowed.
+//! Read by the crates `data-url` (WHATWG Fetch, which forgives missing padding and white space in base64) and
+//! `percent-encoding`. Departures: schemes, absolute paths and drive letters are refused, so that a file from elsewhere
+//! can name only files relative to itself (`..` is legal glTF and allowed); backslashes, as exporters on Windows write
+//! them, part folders; a file whose name holds a percent sign is found by its plain name too.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum Uri {
-    /// The decoded bytes of a `data:` URI.
-    Data(Vec<u8>),
-    /// A path relative to the glTF file.
-    Relative(PathBuf),
+use data_url::DataUrl;
+use percent_encoding::percent_decode_str;
+
+use crate::error::{Checked, Fault};
+
+/// The bytes behind a URI: of a file beside `folder` at most `most`. The fault has no place.
+pub(super) fn read_uri(folder: &Path, uri: &str, most: u64) -> Checked<Vec<u8>> {
+    if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+        return data(uri);
+    }
+    let relative = relative_path(uri)?;
+    let mut path = folder.join(&relative);
+    let plain = folder.join(uri.replace('\\', "/"));
+    // `uri` has passed the checks above, decoded: undecoded it holds no more slashes or colons than that.
+    if !path.exists() && plain.exists() {
+        path = plain;
+    }
+    let read = || {
+        let file = File::open(&path)?;
+        if !file.metadata()?.is_file() {
+            // A pipe or a device could go on for ever.
+            return Err(std::io::Error::other("it is not a regular file"));
+        }
+        let mut bytes = Vec::new();
+        file.take(most).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    read().map_err(|error| {
+        let problem = format!("cannot read {}: {error}", path.display());
+        Fault::invalid("", problem, "put the file beside the glTF file, or correct its name")
+    })
 }
 
-/// Problem and cure.
-type UriFault = (&'static str, &'static str);
+fn data(uri: &str) -> Checked<Vec<u8>> {
+    let fault = |problem: &str| {
+        let cure = "write data:application/octet-stream;base64,… or name a file beside this one";
+        Fault::invalid("", problem, cure)
+    };
+    let url = DataUrl::process(uri).map_err(|_| fault("a data URI without a comma"))?;
+    let (bytes, _) = url.decode_to_vec().map_err(|_| fault("the data URI is no valid base64"))?;
+    Ok(bytes)
+}
 
-pub(super) fn parse_uri(uri: &str) -> Result<Uri, UriFault> {
-    const DATA_CURE: &str = "write data:application/octet-stream;base64,… or name a file beside this one";
-    if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
-        let (header, body) = uri.split_once(',').ok_or(("a data URI without a comma", DATA_CURE))?;
-        let bytes = percent_decode(body);
-        if !header.to_ascii_lowercase().ends_with(";base64") {
-            return Ok(Uri::Data(bytes));
-        }
-        return match base64_decode(&bytes) {
-            Some(bytes) => Ok(Uri::Data(bytes)),
-            None => Err(("the data URI is no valid base64", DATA_CURE)),
-        };
-    }
-    let cure = "name a file relative to this one";
-    let decoded = String::from_utf8(percent_decode(uri)).map_err(|_| ("the path is no UTF-8", cure))?;
-    if decoded.is_empty() {
-        return Err(("the path is empty", cure));
+fn relative_path(uri: &str) -> Checked<PathBuf> {
+    let fault = |problem: &str| Fault::invalid("", problem, "name a file relative to this one");
+    let decoded = percent_decode_str(uri).decode_utf8().map_err(|_| fault("the path is no UTF-8"))?;
+    let path = decoded.replace('\\', "/");
+    if path.is_empty() {
+        return Err(fault("the path is empty"));
     }
     // A colon before the first slash is a scheme (http:) or a drive (C:).
-    let first_segment = decoded.split(['/', '\\']).next().unwrap_or_default();
+    let first_segment = path.split('/').next().unwrap_or_default();
     if first_segment.contains(':') {
-        return Err(("only data URIs and relative paths are read, no other scheme", cure));
+        return Err(fault("only data URIs and relative paths are read, no other scheme"));
     }
     if first_segment.is_empty() {
-        return Err(("the path is absolute", cure));
+        return Err(fault("the path is absolute"));
     }
-    Ok(Uri::Relative(PathBuf::from(decoded)))
-}
-
-/// `%41` becomes `A`; a percent sign without two digits stays.
-fn percent_decode(text: &str) -> Vec<u8> {
-    let bytes = text.as_bytes();
-    let hex = |i: usize| bytes.get(i).and_then(|&b| char::from(b).to_digit(16));
-    let mut decoded = Vec::with_capacity(bytes.len());
-    let mut i = 0;
-    while i < bytes.len() {
-        match (bytes[i], hex(i + 1), hex(i + 2)) {
-            (b'%', Some(high), Some(low)) => {
-                decoded.push((16 * high + low) as u8);
-                i += 3;
-            }
-            (byte, ..) => {
-                decoded.push(byte);
-                i += 1;
-            }
-        }
-    }
-    decoded
-}
-
-fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
-    let digit_count = text.iter().rposition(|&b| b != b'=').map_or(0, |last| last + 1);
-    // One digit alone holds six bits, which is no byte; more than two signs of padding belong to nothing.
-    if digit_count % 4 == 1 || text.len() - digit_count > 2 {
-        return None;
-    }
-    let mut decoded = Vec::with_capacity(text.len() / 4 * 3 + 3);
-    for group in text[..digit_count].chunks(4) {
-        let mut bits = 0;
-        for &byte in group {
-            bits = bits << 6 | base64_digit(byte)?;
-        }
-        let bytes = (bits << (6 * (4 - group.len()))).to_be_bytes();
-        decoded.extend_from_slice(&bytes[1..group.len()]);
-    }
-    Some(decoded)
-}
-
-fn base64_digit(byte: u8) -> Option<u32> {
-    let digit = match byte {
-        b'A'..=b'Z' => byte - b'A',
-        b'a'..=b'z' => byte - b'a' + 26,
-        b'0'..=b'9' => byte - b'0' + 52,
-        b'+' => 62,
-        b'/' => 63,
-        _ => return None,
-    };
-    Some(u32::from(digit))
+    Ok(PathBuf::from(path))
 }
 
 #[cfg(test)]
@@ -102,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base64_decodes_the_vectors_of_rfc_4648_with_and_without_padding() {
+    fn data_uris_decode_the_vectors_of_rfc_4648_with_and_without_padding() {
         for (text, bytes) in [
             ("", ""),
             ("Zg==", "f"),
@@ -112,25 +85,43 @@ mod tests {
             ("Zm9vYmE=", "fooba"),
             ("Zm9vYmFy", "foobar"),
         ] {
-            assert_eq!(base64_decode(text.as_bytes()).unwrap(), bytes.as_bytes());
-            assert_eq!(base64_decode(text.trim_end_matches('=').as_bytes()).unwrap(), bytes.as_bytes());
+            for text in [text, text.trim_end_matches('=')] {
+                for header in
+                    ["data:;base64,", "data:application/octet-stream;base64,", "DATA:text/plain;BASE64,"]
+                {
+                    assert_eq!(data(&format!("{header}{text}")).unwrap(), bytes.as_bytes(), "{header}{text}");
+                }
+            }
         }
-        assert_eq!(base64_decode(b"+/+/").unwrap(), [0xfb, 0xff, 0xbf]);
-        for bad in ["Z", "Zg=", "Zm9vY", "Zm 9", "Zm9\u{e9}", "====", "Z=g="] {
-            // One sign of padding instead of two is harmless; everything else is refused.
-            assert_eq!(base64_decode(bad.as_bytes()).is_some(), bad == "Zg=", "{bad}");
+        assert_eq!(data("data:;base64,+/+/").unwrap(), [0xfb, 0xff, 0xbf]);
+        assert_eq!(data("data:,a%00b").unwrap(), b"a\0b");
+        for bad in ["Z", "Zm9vY", "Zm9\u{e9}", "====", "Z=g="] {
+            assert!(data(&format!("data:;base64,{bad}")).is_err(), "{bad}");
+        }
+        assert!(data("data:base64").is_err());
+    }
+
+    #[test]
+    fn relative_paths_are_decoded_and_everything_else_is_refused() {
+        for (uri, path) in [
+            ("a%20b/../c.bin", "a b/../c.bin"),
+            ("100%.bin", "100%.bin"),
+            ("buffers\\room.bin", "buffers/room.bin"),
+            (".\\a\\b.bin", "./a/b.bin"),
+        ] {
+            assert_eq!(relative_path(uri).unwrap(), PathBuf::from(path));
+        }
+        for bad in ["", "/etc/x", "%2Fetc/x", "\\\\host\\x", "http://a/b", "C:\\x", "file:x", "%ff", "%5cx"] {
+            assert!(relative_path(bad).is_err(), "{bad}");
         }
     }
 
     #[test]
-    fn relative_paths_are_percent_decoded_and_everything_else_is_refused() {
-        assert_eq!(parse_uri("a%20b/../c.bin"), Ok(Uri::Relative("a b/../c.bin".into())));
-        assert_eq!(parse_uri("100%.bin"), Ok(Uri::Relative("100%.bin".into())));
-        assert_eq!(parse_uri("data:,a%00b"), Ok(Uri::Data(b"a\0b".to_vec())));
-        for bad in
-            ["", "/etc/x", "%2Fetc/x", "\\\\host\\x", "http://a/b", "C:\\x", "file:x", "data:base64", "%ff"]
-        {
-            assert!(parse_uri(bad).is_err(), "{bad}");
-        }
+    fn a_file_whose_name_holds_a_percent_sign_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("a%20b.bin"), "raw").unwrap();
+        assert_eq!(read_uri(folder.path(), "a%20b.bin", 9).unwrap(), b"raw");
+        std::fs::write(folder.path().join("a b.bin"), "decoded").unwrap();
+        assert_eq!(read_uri(folder.path(), "a%20b.bin", 3).unwrap(), b"dec");
     }
 }

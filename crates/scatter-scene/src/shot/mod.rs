@@ -3,7 +3,8 @@
 //! The format stands in the README of this crate's workspace. Beyond the keys that every shot has:
 //! `camera = "gltf:NAME"` and `light = "gltf:NAME"` take the named node of the mesh's file, with top-level
 //! `resolution` and `max_distance`; `orthographic_height` replaces `vertical_fov_degrees`; `[[lights]]` are further
-//! lights; `[[medium.components]]` replace `scattering`, `phase` and `g`; `light.radius` defaults to 0.
+//! lights; `[[medium.components]]` replace `scattering`, `phase` and `g`. `light.radius` defaults to 0,
+//! `medium.absorption` to 0, `phase` to isotropic. Paths may be written with either slash.
 //!
 //! `[light.texture]` is coloured glass: `image` (an EXR, or a PNG read as sRGB) or `rows` of linear RGB triples, row
 //! 0 towards `up`. A directional light's texture fills the rectangle around `center` with `half_extents` (to the
@@ -20,7 +21,7 @@ mod tests;
 mod text;
 mod texture;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use scatter_core::{Camera, Light, Medium};
 
@@ -30,6 +31,7 @@ pub use self::texture::OwnedTexture;
 use crate::error::{Checked, Fault, SceneError};
 use crate::load::{load_scene, read_file};
 use crate::scene::Scene;
+use crate::text::utf8_bytes;
 
 /// Image size of a shot that does not say it.
 const DEFAULT_RESOLUTION: [u32; 2] = [640, 480];
@@ -86,6 +88,7 @@ fn load_shot_file(path: &Path) -> Result<Shot, SceneError> {
 
 /// Parses a shot's text; `mesh` and textures are looked for in `folder`.
 fn parse_shot(bytes: &[u8], folder: &Path) -> Checked<Shot> {
+    let bytes = utf8_bytes(bytes, "as UTF-8")?;
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let line = 1 + bytes[..error.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
         Fault::invalid(format!("line {line}"), "the text is no UTF-8", "save it as UTF-8")
@@ -93,7 +96,7 @@ fn parse_shot(bytes: &[u8], folder: &Path) -> Checked<Shot> {
     let (document, text) = Document::parse::<ShotText>(text)?;
     // What needs no mesh is checked first: a typing error should not cost a long load.
     let partial = resolve::without_mesh(&document, &text, folder)?;
-    let mesh_path = folder.join(&text.mesh);
+    let mesh_path = path_beside(folder, &text.mesh);
     let scene = load_scene(&mesh_path).map_err(|error| match error {
         SceneError::Io { file, source, .. } => {
             let problem = format!("cannot read {}: {source}", file.display());
@@ -103,6 +106,13 @@ fn parse_shot(bytes: &[u8], folder: &Path) -> Checked<Shot> {
         other => Fault::invalid(document.place("mesh"), other.to_string(), "or name another mesh"),
     })?;
     resolve::with_mesh(&document, &text, partial, scene)
+}
+
+/// A path of a shot file: either slash parts folders. On Windows both do; elsewhere a name that holds a backslash is
+/// found if it is there.
+pub(super) fn path_beside(folder: &Path, name: &str) -> PathBuf {
+    let plain = folder.join(name);
+    if name.contains('\\') && !plain.exists() { folder.join(name.replace('\\', "/")) } else { plain }
 }
 
 fn shot_name(path: &Path) -> String {

@@ -212,10 +212,10 @@ fn medium_of(document: &Document<'_>, text: &MediumText, notes: &mut Vec<String>
     sane(document, "medium.absorption", &text.absorption)?;
     let mut components = Vec::new();
     if text.components.is_empty() {
-        let (Some(sigma_s), Some(phase)) = (text.scattering, text.phase) else {
-            let lacking = if text.scattering.is_none() { "scattering" } else { "phase" };
-            return fault(format!("missing field `{lacking}`"), "add it, or [[medium.components]]");
+        let Some(sigma_s) = text.scattering else {
+            return fault("missing field `scattering`".to_owned(), "add it, or [[medium.components]]");
         };
+        let phase = text.phase.unwrap_or_default();
         sane(document, "medium.scattering", &sigma_s)?;
         components.push(Scattering { sigma_s, phase: phase_of(document, "medium", phase, text.g, notes)? });
     } else if text.scattering.is_some() || text.phase.is_some() || text.g.is_some() {

@@ -68,6 +68,23 @@ fn every_key_arrives_where_it_belongs() {
 }
 
 #[test]
+fn phase_and_absorption_have_defaults_and_paths_either_slash() {
+    let bare = SHOT
+        .replace("absorption = [0.0, 0.5, 0.0]\n", "")
+        .replace("phase = \"henyey-greenstein\"\ng = 0.25\n", "");
+    let shot = load(&bare).unwrap();
+    assert_eq!(shot.medium.components()[0].phase, Phase::Isotropic);
+    assert_eq!(shot.medium.sigma_t(), [0.02, 0.03, 0.04]);
+    assert!(shot.notes.is_empty(), "{:?}", shot.notes);
+    let components = bare.replace("scattering = ", "[[medium.components]]\nscattering = ");
+    assert_eq!(load(&components).unwrap().medium.components()[0].phase, Phase::Isotropic);
+    let slashed = bare.replace("\"scene.obj\"", "'.\\scene.obj'");
+    assert!(slashed.contains(".\\scene.obj"));
+    assert_eq!(load(&slashed).unwrap().scene.triangles.len(), 1);
+    assert!(load(&format!("\u{feff}{bare}")).is_ok(), "a byte order mark is no key");
+}
+
+#[test]
 fn the_files_that_list_all_keys_load_and_say_what_is_ignored() {
     let text = SHOT.replace("kind = \"spot\"", "kind = \"directional\"\nirradiance = [1.0, 2.0, 3.0]");
     let shot = load(&text.replace("phase = \"henyey-greenstein\"", "phase = \"isotropic\"")).unwrap();

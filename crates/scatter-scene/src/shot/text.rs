@@ -68,6 +68,7 @@ pub(super) struct TextureText {
 #[serde(deny_unknown_fields)]
 pub(super) struct MediumText {
     pub scattering: Option<[f64; 3]>,
+    #[serde(default)]
     pub absorption: [f64; 3],
     pub phase: Option<PhaseText>,
     pub g: Option<f64>,
@@ -79,13 +80,15 @@ pub(super) struct MediumText {
 #[serde(deny_unknown_fields)]
 pub(super) struct ComponentText {
     pub scattering: [f64; 3],
+    #[serde(default)]
     pub phase: PhaseText,
     pub g: Option<f64>,
 }
 
-#[derive(Deserialize, Clone, Copy, PartialEq, Eq)]
+#[derive(Deserialize, Clone, Copy, PartialEq, Eq, Default)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum PhaseText {
+    #[default]
     Isotropic,
     Rayleigh,
     HenyeyGreenstein,

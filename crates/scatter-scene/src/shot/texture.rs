@@ -5,6 +5,7 @@ use std::path::Path;
 use scatter_core::{Light, LightTexture, MapProjection, ModelError};
 
 use super::document::Document;
+use super::path_beside;
 use super::resolve::{model_fault, sane};
 use super::text::TextureText;
 use crate::error::{Checked, Fault};
@@ -88,7 +89,7 @@ fn texels(
     match (&text.image, &text.rows) {
         (Some(image), None) => {
             let place = || document.place(&format!("{key}.image"));
-            let image = read_linear_rgb(&folder.join(image))
+            let image = read_linear_rgb(&path_beside(folder, image))
                 .map_err(|error| Fault::invalid(place(), error.to_string(), "or name another EXR or PNG"))?;
             Ok((image.size, image.pixels))
         }

@@ -160,3 +160,10 @@ pub fn shared_folder(test: &str) -> Option<PathBuf> {
         }
     }
 }
+
+/// An image as the bytes of a PNG file.
+pub fn png(image: &image::DynamicImage) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    image.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    bytes.into_inner()
+}

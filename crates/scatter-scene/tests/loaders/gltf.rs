@@ -267,11 +267,12 @@ fn points_lines_skins_and_animations_are_noted() {
         asset.placed(json!({"attributes": {"POSITION": 0}, "mode": mode}));
     }
     asset.json["nodes"][0]["skin"] = json!(0);
+    asset.push("skins", json!({"joints": [0]}));
     asset.push("animations", json!({}));
     let scene = asset.load().unwrap();
     let notes = scene.notes.join("|");
     assert_eq!(scene.triangles.len(), 1);
-    for part in ["1 point", "3 line", "1 skins", "1 animations"] {
+    for part in ["1 point", "3 line", "1 primitives of skinned", "1 animations"] {
         assert!(notes.contains(part), "{notes}");
     }
 }

@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, UnwindSafe};
 use std::path::Path;
 use std::sync::Once;
 
-use crate::common::{Asset, F32, I16, U8, U16, base64, f32_bytes, glb, shared_folder};
+use crate::common::{Asset, F32, I16, U8, U16, base64, f32_bytes, glb, png, shared_folder};
 use scatter_scene::{
     RadianceImage, Scene, SceneError, load_scene, load_shot, read_exr, read_linear_rgb, write_exr, write_png,
 };
@@ -85,6 +85,10 @@ fn check_scene(scene: &Scene) {
     assert!(!scene.triangles.is_empty());
     assert!(scene.positions.iter().all(|p| p.is_finite()));
     assert!(scene.triangles.iter().flatten().all(|&i| (i as usize) < scene.positions.len()));
+    assert!(scene.cutouts.is_sorted_by(|a, b| a.triangle < b.triangle));
+    assert!(scene.cutouts.iter().all(|c| (c.triangle as usize) < scene.triangles.len()
+        && (c.mask as usize) < scene.masks.len()
+        && c.uv.iter().all(|uv| uv.is_finite())));
     assert!(scene.cameras.iter().all(|c| c.world_from_camera.is_finite()));
     assert!(
         scene
@@ -214,15 +218,42 @@ fn rich_asset() -> Asset {
         json!({"bufferView": view, "componentType": I16, "type": "VEC3", "count": 4, "normalized": true}),
     );
     let strip = asset.indices(U8, &[0, 1, 2, 3]);
+    let view = asset.view(&(0..10).map(|i| i * 23).collect::<Vec<u8>>(), None);
+    let tex_coords = asset.push(
+        "accessors",
+        json!({"bufferView": view, "componentType": U8, "type": "VEC2", "count": 5, "normalized": true}),
+    );
+    let leaf = image::RgbaImage::from_fn(3, 2, |x, y| image::Rgba([9, 9, 9, (x * 90 + y * 30) as u8]));
+    let view = asset.view(&png(&leaf.into()), None);
+    asset.push("images", json!({"bufferView": view, "mimeType": "image/png"}));
+    asset.push("samplers", json!({"wrapS": 33071, "wrapT": 33648}));
+    asset.push("textures", json!({"source": 0, "sampler": 0}));
+    asset.push(
+        "materials",
+        json!({"name": "leaf", "alphaMode": "MASK", "alphaCutoff": 0.3, "pbrMetallicRoughness": {
+            "baseColorFactor": [1, 1, 1, 0.9], "baseColorTexture": {"index": 0, "texCoord": 0, "extensions": {
+                "KHR_texture_transform": {"offset": [0.5, 0.25], "rotation": 0.5, "scale": [2, 3]}}}}}),
+    );
+    let view = asset.view(&[0, 1, 0, 0].repeat(5), None);
+    let joints = asset.accessor(view, U8, "VEC4", 5);
+    let view = asset.view(&f32_bytes(&[0.25, 0.75, 0.0, 0.0].repeat(5)), None);
+    let weights = asset.accessor(view, F32, "VEC4", 5);
+    let view = asset
+        .view(&f32_bytes(&[1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.].repeat(2)), None);
+    let binds = asset.accessor(view, F32, "MAT4", 2);
     let mesh = asset.push(
         "meshes",
         json!({"primitives": [
-            {"attributes": {"POSITION": plain}, "indices": indices},
+            {"attributes": {"POSITION": plain, "TEXCOORD_0": tex_coords}, "indices": indices, "material": 0,
+                "targets": [{"POSITION": sparse}]},
             {"attributes": {"POSITION": sparse}, "mode": 5},
             {"attributes": {"POSITION": quantised}, "indices": strip, "mode": 6},
             {"attributes": {"POSITION": plain}, "mode": 1}
-        ]}),
+        ], "weights": [0.5]}),
     );
+    let skinned = asset.mesh(json!({
+        "attributes": {"POSITION": plain, "JOINTS_0": joints, "WEIGHTS_0": weights}, "indices": indices
+    }));
     asset.push("cameras", json!({"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.1}}));
     asset.push("cameras", json!({"type": "orthographic", "orthographic": {"ymag": 2.5, "xmag": 1.0}}));
     asset.json["extensions"]["KHR_lights_punctual"]["lights"] =
@@ -233,6 +264,14 @@ fn rich_asset() -> Asset {
     let matrix = json!([0, 0.5, 0, 0, -0.5, 0, 0, 0, 0, 0, 0.5, 0, 0, 0, 5, 1]);
     asset.root_node(json!({"children": [child, light], "matrix": matrix}));
     asset.root_node(json!({"mesh": mesh, "scale": [2, 3, -1], "translation": [10, 0, 0.1], "camera": 0}));
+    let instances = json!({"TRANSLATION": plain, "SCALE": sparse});
+    let hidden = json!({"KHR_node_visibility": {"visible": false},
+        "EXT_mesh_gpu_instancing": {"attributes": instances}});
+    asset.root_node(json!({"mesh": mesh, "extensions": hidden}));
+    let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": instances}});
+    asset.root_node(json!({"mesh": skinned, "extensions": instanced}));
+    asset.push("skins", json!({"joints": [child, light], "inverseBindMatrices": binds}));
+    asset.root_node(json!({"mesh": skinned, "skin": 0}));
     asset
 }
 
