@@ -90,7 +90,8 @@ pub fn fit_cascades(
 ) -> Result<FittedMap, ModelError> {
     let space = SunSpace::new(caster, direction);
     // Beyond the far side of the scene's sphere no view ray is inside of the scene.
-    let farthest = camera.eye().distance(caster.bvh().centre) + caster.bvh().radius;
+    let (centre, radius) = caster.sphere();
+    let farthest = camera.eye().distance(centre) + radius;
     let ends = depth.texels().iter().map(|&d| f64::from(d).min(max_distance).min(farthest));
     let (near, far) = ends.fold((f64::INFINITY, 0.0), |(low, high), d| (d.min(low), d.max(high)));
     // A near split of a thousandth of the range: smaller ones would spend a cascade on nothing.
@@ -192,7 +193,7 @@ struct SunSpace {
 
 impl SunSpace {
     fn new(caster: &SceneCaster, forward: DVec3) -> Self {
-        let centre = caster.bvh().centre;
+        let (centre, _) = caster.sphere();
         let up = across(forward);
         let right = forward.cross(up);
         let mut space = Self {
@@ -204,8 +205,8 @@ impl SunSpace {
             depth: [f64::INFINITY, f64::NEG_INFINITY],
         };
         for p in caster.all_corners() {
-            let depth = forward.dot(p - centre);
-            space.scene = space.scene.with(space.flat(p - centre));
+            let depth = forward.dot(p);
+            space.scene = space.scene.with(space.flat(p));
             space.depth = [space.depth[0].min(depth), space.depth[1].max(depth)];
         }
         space

@@ -1,11 +1,9 @@
 //! Depth maps, shadow maps and cube maps of scenes with cut-outs, against brute force over all triangles.
 
-mod common;
-
-use common::Random;
 use glam::{DVec2, DVec3};
 use scatter_core::{Camera, MapProjection};
 use scatter_scene::{AlphaMask, Cutout, Scene, SceneCaster, Wrap};
+use scatter_testing::Random;
 
 /// A soup of which most triangles are cut out, by four masks under all wraps.
 fn soup(random: &mut Random, count: u32, centre: DVec3) -> Scene {

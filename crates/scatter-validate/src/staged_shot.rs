@@ -91,6 +91,17 @@ impl StagedShot {
 
     /// As [`Self::new`]; where there is a device, it draws the maps, and those that techniques ask for.
     pub fn with_source(shot: Shot, map_size: u32, device: Option<&RasterDevice>) -> Result<Self, StageError> {
+        let mut staged = Self::without_maps(shot, map_size, device)?;
+        staged.make_maps()?;
+        Ok(staged)
+    }
+
+    /// As [`Self::with_source`] without depth and shadow maps, as after [`Self::drop_maps`]: all that ray-cast truth needs.
+    pub fn without_maps(
+        shot: Shot,
+        map_size: u32,
+        device: Option<&RasterDevice>,
+    ) -> Result<Self, StageError> {
         let Shot { name, camera, lights, medium, max_distance, scene, .. } = shot;
         let caster =
             SceneCaster::new(&scene).map_err(|source| StageError::Caster { shot: name.clone(), source })?;
@@ -105,10 +116,7 @@ impl StagedShot {
             .into_iter()
             .map(|part| StagedLight { light: part.light, texture: part.texture, maps: None })
             .collect();
-        let mut staged =
-            Self { name, camera, medium, max_distance, lights, caster, raster, map_size, maps_ms: 0.0 };
-        staged.make_maps()?;
-        Ok(staged)
+        Ok(Self { name, camera, medium, max_distance, lights, caster, raster, map_size, maps_ms: 0.0 })
     }
 
     /// Moves the camera and the lights (as many as there are, in their order), and makes maps of `map_size` texels a

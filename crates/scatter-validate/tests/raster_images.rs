@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use scatter_scene::{RasterDevice, RasterOptions, Shot, builtin_shots, export, load_shot};
+use scatter_scene::{RasterDevice, RasterOptions, Shot, builtin_shots, builtin_variants, export, load_shot};
 use scatter_validate::staged_shot::resized;
 use scatter_validate::truths::shadow_map_truth;
 use scatter_validate::{Labelled, StagedShot, compare};
@@ -57,7 +57,7 @@ fn images_agree(shot: impl Fn() -> Shot, device: &RasterDevice) {
 fn images_of_the_built_in_shots_agree() {
     let Some(device) = device("images_of_the_built_in_shots_agree") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let shots: Vec<_> = builtin_shots().iter().collect();
+    let shots: Vec<_> = builtin_shots().iter().chain(builtin_variants()).collect();
     for path in export(folder.path(), &shots).unwrap() {
         images_agree(|| load_shot(&path).unwrap(), &device);
     }

@@ -28,7 +28,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     if rendering.methods.is_empty() {
         techniques = TECHNIQUES.to_vec();
     }
-    let progress = Progress::new(None, false);
+    let progress = Progress::new(None);
     let (results, _) = in_pool(rendering.threads, |threads| {
         let mut results = run_mutants(&techniques, &mut |name| progress.stage(name));
         results.extend(SliceFault::ALL.map(|fault| {

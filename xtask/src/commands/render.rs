@@ -43,7 +43,7 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
     }
     let raster = raster_device(rendering)?;
     let source = shot(&flags.shot)?;
-    let progress = Progress::new(None, false);
+    let progress = Progress::new(None);
     let (row, notes) = in_pool(rendering.threads, |threads| {
         progress.stage(&format!("{}: loading", source.label()));
         let shot = at_size(source.load()?, rendering)?;
@@ -79,8 +79,16 @@ fn render(
     settings: &Settings,
     progress: &Progress,
 ) -> anyhow::Result<Row> {
-    progress.stage(&format!("{}: maps", shot.name));
-    let mut shot = StagedShot::with_source(shot, settings.map_size, settings.raster.as_ref())?;
+    let device = settings.raster.as_ref();
+    // The triangles' truth reads no maps, and they may take longer than it does.
+    let reads_maps = !matches!(method, Method::RaycastTruth)
+        || matches!(flags.compare, Some(CompareWith::ShadowMap | CompareWith::Both));
+    progress.stage(&format!("{}: {}", shot.name, if reads_maps { "maps" } else { "tree" }));
+    let mut shot = if reads_maps {
+        StagedShot::with_source(shot, settings.map_size, device)?
+    } else {
+        StagedShot::without_maps(shot, settings.map_size, device)?
+    };
     progress.stage(&format!("{}: {id}", shot.name()));
     let measurement = rendered(method, &shot, settings)?;
     if let Some(path) = &flags.out {

@@ -51,7 +51,7 @@ pub fn run(flags: &Shots) -> anyhow::Result<Verdict> {
             .chain(builtin_variants())
             .filter(|shot| flags.shots.is_empty() || flags.shots.iter().any(|name| name == shot.name))
             .collect();
-        let progress = Progress::new(None, false);
+        let progress = Progress::new(None);
         progress.stage("writing shots");
         let paths = export(folder, &chosen)?;
         drop(progress);
@@ -62,7 +62,7 @@ pub fn run(flags: &Shots) -> anyhow::Result<Verdict> {
             return Ok(Verdict::Well);
         }
     }
-    let progress = Progress::new(Some(sources.len() as u64), false);
+    let progress = Progress::new(Some(sources.len() as u64));
     let mut entries = Vec::new();
     for source in &sources {
         progress.stage(&source.label());

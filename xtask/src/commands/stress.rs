@@ -66,7 +66,7 @@ pub fn run_rows(
     contenders: &[Contender<'_>],
     threads: Option<u32>,
 ) -> anyhow::Result<(Vec<StressResult>, usize)> {
-    let progress = Progress::new(Some(rows.len() as u64), false);
+    let progress = Progress::new(Some(rows.len() as u64));
     in_pool(threads, |threads| {
         let results = rows.into_iter().map(|row| {
             progress.stage(&format!("{}: {}", row.group, row.name));

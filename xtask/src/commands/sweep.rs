@@ -96,7 +96,7 @@ impl Job {
         measure: impl Fn(Settings, Shot, &mut dyn FnMut(&str)) -> Result<R, JudgeError> + Sync,
     ) -> anyhow::Result<(Vec<R>, usize)> {
         let rendering = &self.rendering;
-        let progress = Progress::new(Some(self.sources.len() as u64), true);
+        let progress = Progress::new(Some(self.sources.len() as u64));
         in_pool(rendering.threads, |threads| {
             let settings = Settings { threads, ..self.settings.clone() };
             let mut results = Vec::new();

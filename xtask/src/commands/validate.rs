@@ -53,7 +53,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     }
     let machine = Machine::this().drawing_on(raster.as_ref());
     let mut report = flags.report.is_some().then(|| begin(flags, &machine));
-    let progress = Progress::new(Some(sources.len() as u64), true);
+    let progress = Progress::new(Some(sources.len() as u64));
     let tolerances = Tolerances::built_in().context("tolerances.toml")?;
     let rows = in_pool(rendering.threads, |threads| {
         let settings = Settings {

@@ -145,7 +145,7 @@ fn bytes_are_the_same_at_every_call_and_as_pinned() {
         ("stage", 0x2a8556ab233a812f),
         ("sunset", 0x628855302baa0588),
         ("haze", 0xdcb9397e0d06a129),
-        ("grove-cards", 0x8f5ef4135238220b),
+        ("grove-cards", 0x2973b2ea6a9abe4a),
     ];
     let found: Vec<(&str, u64)> = builtin_shots()
         .iter()

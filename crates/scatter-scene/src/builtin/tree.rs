@@ -172,7 +172,7 @@ impl Tree {
         for index in 0..count {
             let (centre, size) = tufts[index % tufts.len()];
             let offset = random.in_ball() * DVec3::new(1.0, 0.7, 1.0);
-            let middle = centre + offset * (0.6 * habit.tuft * size);
+            let middle = centre + offset * (0.8 * habit.tuft * size);
             // As leaves hang and turn.
             let down = (random.direction() + offset - DVec3::Y * 0.3).normalize_or(DVec3::X);
             let (sideways, across) = perpendiculars(down);

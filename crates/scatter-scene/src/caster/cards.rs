@@ -23,6 +23,8 @@ pub(crate) struct Cards {
     card_of: Vec<u32>,
     cards: Vec<Card>,
     masks: Vec<AlphaMask>,
+    /// Most texels that a straight line over one of them can cross.
+    longest: f64,
 }
 
 const OPAQUE: u32 = u32::MAX;
@@ -77,7 +79,22 @@ impl Cards {
         });
         let card_of = card_of.collect();
         cards.shrink_to_fit();
-        Self { card_of, cards, masks: scene.masks.clone() }
+        let masks = scene.masks.clone();
+        let crossed = |card: &Card| {
+            let mask = &masks[card.mask as usize];
+            let crossed = |axis: usize| {
+                let at = card.texels.map(|texel: DVec2| texel[axis]);
+                let span = at.into_iter().fold(f64::NEG_INFINITY, f64::max)
+                    - at.into_iter().fold(f64::INFINITY, f64::min);
+                // What lies beyond a clamped texture's ends has no borders.
+                let most =
+                    if mask.wrap()[axis] == Wrap::ClampToEdge { mask.size()[axis].into() } else { span };
+                span.min(most)
+            };
+            crossed(0) + crossed(1)
+        };
+        let longest = cards.iter().map(crossed).fold(0.0, f64::max);
+        Self { card_of, cards, masks, longest }
     }
 
     /// The card that a triangle is, if it is one.
@@ -109,6 +126,11 @@ impl Cards {
     #[cfg(feature = "raster")]
     pub fn masks(&self) -> &[AlphaMask] {
         &self.masks
+    }
+
+    /// Most texels that a straight line over one of the cut-outs can cross.
+    pub fn longest_line(&self) -> f64 {
+        self.longest
     }
 
     /// Bytes held.

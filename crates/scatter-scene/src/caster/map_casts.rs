@@ -71,9 +71,14 @@ impl SceneCaster {
     /// The first surface on the whole line through `origin` that is not beyond `limit`: a distance from `origin`,
     /// negative behind it.
     fn first_on_line(&self, origin: DVec3, along: DVec3, limit: f64) -> Option<f64> {
+        if self.has_strays() {
+            // A start before all strays would leave the rest no digits.
+            let plane = RayPlane::any(origin, DVec3::ZERO, along);
+            return self.first_crossing_from(&plane, f64::NEG_INFINITY, limit);
+        }
         // A start before the scene: its sphere's near side, and a little more.
-        let radius = self.bvh().radius;
-        let to_centre = (self.bvh().centre - origin).dot(along);
+        let (centre, radius) = self.sphere();
+        let to_centre = (centre - origin).dot(along);
         let back = (to_centre - 1.01 * radius - 1e-6 * to_centre.abs()).min(0.0);
         self.closest_hit(origin + back * along, along, limit - back).map(|t| t + back)
     }

@@ -2,6 +2,7 @@
 
 mod bvh;
 mod cards;
+mod core_box;
 mod map_casts;
 mod ray_plane;
 mod ray_walk;
@@ -143,6 +144,20 @@ impl SceneCaster {
         self.bounds
     }
 
+    /// Middle and radius of a sphere that holds all triangles but for strays, world space.
+    pub(crate) fn sphere(&self) -> (DVec3, f64) {
+        if self.has_strays() {
+            return (self.bvh.centre, self.bvh.rest * 3f64.sqrt());
+        }
+        let (low, high) = self.bounds.unwrap_or_default();
+        (0.5 * (low + high), (0.5 * (high - low)).length())
+    }
+
+    /// Whether a vertex lies so far out that the rest of the scene is a point beside it.
+    fn has_strays(&self) -> bool {
+        self.bvh.rest < f64::INFINITY
+    }
+
     /// Triangles that can be hit.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
@@ -166,9 +181,13 @@ impl SceneCaster {
         self.any_crossing(&RayPlane::any(start, DVec3::ZERO, along), limit)
     }
 
-    /// The corners of all triangles, shared ones repeatedly.
+    /// The corners of all triangles relative to the middle of [`Self::sphere`], shared ones repeatedly; strays are drawn
+    /// in to where the sphere ends.
     pub(crate) fn all_corners(&self) -> impl Iterator<Item = DVec3> + '_ {
-        self.triangles.iter().flatten().map(|&index| self.positions[index as usize])
+        let (centre, rest) = (self.sphere().0, self.bvh.rest);
+        let corners =
+            self.triangles.iter().flatten().map(move |&index| self.positions[index as usize] - centre);
+        corners.map(move |p| p.clamp(DVec3::splat(-rest), DVec3::splat(rest)))
     }
 
     /// Distinct positions, world space, and the triangles' indices into them.
@@ -214,13 +233,18 @@ impl SceneCaster {
 
     /// The first crossing of the plane's ray with a surface, in (0, limit].
     pub(crate) fn first_crossing(&self, plane: &RayPlane, limit: f64) -> Option<f64> {
-        let walk = RayWalk::new(&self.bvh, plane.reference + plane.start, plane.along)?;
+        self.first_crossing_from(plane, 0.0, limit)
+    }
+
+    /// The first crossing of the plane's line with a surface, in (from, limit]; `from` may be −∞.
+    fn first_crossing_from(&self, plane: &RayPlane, from: f64, limit: f64) -> Option<f64> {
+        let walk = RayWalk::new(&self.bvh, plane.reference + plane.start, plane.along, from)?;
         let mut first = None;
         walk.visit(limit, |start, count, limit| {
             let mut limit = limit;
             for triangle in start..start + count {
                 if let Some(x) = self.meeting(plane, triangle)
-                    && x > 0.0
+                    && x > from
                     && x <= limit
                 {
                     limit = x;
@@ -234,7 +258,7 @@ impl SceneCaster {
 
     /// Whether the plane's ray crosses a surface in (0, limit].
     pub(crate) fn any_crossing(&self, plane: &RayPlane, limit: f64) -> bool {
-        let Some(walk) = RayWalk::new(&self.bvh, plane.reference + plane.start, plane.along) else {
+        let Some(walk) = RayWalk::new(&self.bvh, plane.reference + plane.start, plane.along, 0.0) else {
             return false;
         };
         let end = walk.visit(limit, |start, count, limit| {

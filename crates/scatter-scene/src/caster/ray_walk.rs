@@ -11,8 +11,11 @@ pub(crate) struct RayWalk<'a> {
     inverse: Vec3A,
     /// Grows every box.
     margin: Vec3A,
-    /// Distance from the true start of the ray to `origin`, where the ray comes near the scene.
+    /// Distance from the true start of the ray to `origin`, the place of the ray nearest to the tree's centre: f32 has
+    /// the most digits there.
     shift: f64,
+    /// Where the ray begins, from `origin`: rounded down, ≤ 0.
+    from: f32,
 }
 
 /// Relative error of the quotient `(centre − origin)/direction`: three roundings, and one of the direction itself;
@@ -20,8 +23,9 @@ pub(crate) struct RayWalk<'a> {
 const QUOTIENT_ERROR: f32 = 8.0 * F32_ROUNDING;
 
 impl<'a> RayWalk<'a> {
-    /// The ray from `start` (world space) in the unit direction `along`; `None` if it misses the whole scene.
-    pub fn new(bvh: &'a Bvh, start: DVec3, along: DVec3) -> Option<Self> {
+    /// The ray from `start` (world space) in the unit direction `along`, or from `from` ≤ 0 behind that, −∞ for the whole
+    /// line; `None` if it misses the whole scene.
+    pub fn new(bvh: &'a Bvh, start: DVec3, along: DVec3, from: f64) -> Option<Self> {
         if bvh.nodes.is_empty() {
             return None;
         }
@@ -32,18 +36,20 @@ impl<'a> RayWalk<'a> {
         let offset = from_centre + closest * along;
         // Far from the scene the offset carries the rounding of the distance.
         let slack = 1e-12 * from_centre.length();
-        if offset.length() > radius + slack || closest + radius + slack < 0.0 {
+        if offset.length() > radius + slack || closest + radius + slack < from {
             return None;
         }
-        let shift = (closest - radius - slack).max(0.0);
+        let shift = closest.max(from);
         let origin = (from_centre + shift * along).as_vec3a();
         // A direction component below 1e-20 moves the ray by less than any margin within f32's range of scenes.
         let safe = |d: f64| if d.abs() < 1e-20 { 1e20f32.copysign(d as f32) } else { (1.0 / d) as f32 };
         let inverse = Vec3A::new(safe(along.x), safe(along.y), safe(along.z));
-        // The origin's rounding and the difference's.
-        let margin = Vec3A::splat(4.0 * F32_ROUNDING * (bvh.largest + origin.abs().max_element()))
-            + Vec3A::splat((slack * 4.0) as f32);
-        Some(Self { bvh, origin, inverse, margin, shift })
+        // The origin's rounding; boxes are grown by their own.
+        let margin = 4.0 * F32_ROUNDING * origin.abs() + Vec3A::splat((slack * 4.0) as f32);
+        // As `limit_f32`, downwards.
+        let behind = from - shift;
+        let from = (behind - 1e-6 * behind.abs() - 1e-12 * shift.abs()) as f32 - f32::MIN_POSITIVE;
+        Some(Self { bvh, origin, inverse, margin, shift, from })
     }
 
     /// Calls `leaf(first, count, limit)` for the leaves in front of the ray's start and before `limit`, about from
@@ -102,7 +108,7 @@ impl<'a> RayWalk<'a> {
     fn limit_f32(&self, limit: f64) -> f32 {
         let local = limit - self.shift;
         // The shift's own rounding, and that of the conversion.
-        let grown = local + 1e-6 * local.abs() + 1e-12 * self.shift;
+        let grown = local + 1e-6 * local.abs() + 1e-12 * self.shift.abs();
         grown as f32 + f32::MIN_POSITIVE
     }
 
@@ -116,6 +122,6 @@ impl<'a> RayWalk<'a> {
         let far = (middle + reach).min_element();
         // min_element and max_element drop NaN (an overflow) where another axis has a number; if none has, the walk
         // would lose the box, but coordinates within the caster's range do not overflow.
-        if near > far || far < 0.0 { f32::NAN } else { near }
+        if near > far || far < self.from { f32::NAN } else { near }
     }
 }

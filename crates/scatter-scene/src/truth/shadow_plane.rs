@@ -108,6 +108,22 @@ impl LightOnRay {
 }
 
 impl ShadowPlane {
+    /// Of a sun: the cotangent of its angle to the ray. 0 for a lamp.
+    pub fn cotangent(&self) -> f64 {
+        match self.image {
+            Image::Sun { cotangent } => cotangent,
+            Image::Lamp { .. } => 0.0,
+        }
+    }
+
+    /// Of a sun: the unit vector in the plane, perpendicular to its direction, on the side of the ray.
+    pub fn across(&self) -> DVec3 {
+        let RayPlane { along, up, .. } = self.plane;
+        let cotangent = self.cotangent();
+        // (along − up·cot)/√(1 + cot²): sin·along − cos·up.
+        (along - up * cotangent) / cotangent.hypot(1.0)
+    }
+
     /// The stretch of the ray that a segment shadows, not cut to the ray.
     #[inline]
     pub fn shadow(&self, segment: &Segment) -> Option<(f64, f64)> {
@@ -216,8 +232,6 @@ impl ShadowPlane {
         };
         let of_rows = |f: &dyn Fn(usize) -> f64| Vec4::new(f(0) as f32, f(1) as f32, f(2) as f32, 0.0);
         let bias = of_rows(&|row| rows[row].dot(centre) + shifts[row]);
-        // Rounding of rows, box, products and sums against the largest coordinate, and of the bias: fewer than 8.
-        let reach = of_rows(&|row| rows[row].abs().element_sum() * f64::from(bvh.largest));
         // f64 rounding of the bias where its terms cancel far from the origin.
         let cancelled = of_rows(&|row| {
             1e-15
@@ -226,7 +240,8 @@ impl ShadowPlane {
         BoxShadow {
             columns: [0, 1, 2].map(|axis| of_rows(&|row| rows[row][axis])),
             bias,
-            margin: (reach + bias.abs()) * (8.0 * F32_ROUNDING) + cancelled,
+            // Of the bias and of the sums with it: fewer than 8. What rounds against a box is in the box.
+            margin: bias.abs() * (8.0 * F32_ROUNDING) + cancelled,
             lamp,
         }
     }

@@ -8,6 +8,8 @@
 pub(crate) struct ShadowSpans {
     spans: Vec<(f64, f64)>,
     end: f64,
+    /// Where the last interval went.
+    near: usize,
     /// For [`Self::add_all`].
     merged: Vec<(f64, f64)>,
 }
@@ -19,6 +21,7 @@ impl ShadowSpans {
     /// Starts an empty union on `[0, end]`, `end` ≥ 0 or ∞.
     pub fn reset(&mut self, end: f64) {
         self.spans.clear();
+        self.near = 0;
         self.end = end;
     }
 
@@ -29,8 +32,10 @@ impl ShadowSpans {
         if !(low < high) {
             return false;
         }
-        let first = self.spans.partition_point(|span| span.1 < low);
-        let behind = first + self.spans[first..].partition_point(|span| span.0 <= high);
+        let first = self.reaching(low);
+        self.near = first;
+        let reached = self.spans[first..].iter().position(|span| span.0 > high);
+        let behind = reached.map_or(self.spans.len(), |count| first + count);
         if first == behind {
             self.spans.insert(first, (low, high));
             return true;
@@ -40,8 +45,25 @@ impl ShadowSpans {
             return false;
         }
         self.spans[first] = merged;
-        self.spans.drain(first + 1..behind);
+        if behind - first > 1 {
+            self.spans.copy_within(behind.., first + 1);
+            self.spans.truncate(self.spans.len() - (behind - first - 1));
+        }
         true
+    }
+
+    /// The first span that ends at `low` or behind it. Intervals come in clusters, so it is looked for next to the last
+    /// one: a step or two, where a search from the middle takes the logarithm of their number and guesses wrong at each.
+    #[inline]
+    fn reaching(&self, low: f64) -> usize {
+        let mut index = self.near.min(self.spans.len());
+        while index > 0 && self.spans[index - 1].1 >= low {
+            index -= 1;
+        }
+        while index < self.spans.len() && self.spans[index].1 < low {
+            index += 1;
+        }
+        index
     }
 
     /// Adds intervals that ascend, neither end before that of the interval before. Whether the union grew. Linear in both
@@ -95,7 +117,7 @@ impl ShadowSpans {
         if !(low <= high) {
             return true;
         }
-        let index = self.spans.partition_point(|span| span.1 < low);
+        let index = self.reaching(low);
         self.spans.get(index).is_some_and(|span| span.0 <= low && high <= span.1)
     }
 

@@ -96,8 +96,9 @@ impl ShadowWalk {
         }
     }
 
+    /// Adds the shadow of a triangle.
     #[inline]
-    fn add(&mut self, caster: &SceneCaster, shadow: &ShadowPlane, triangle: u32) {
+    pub fn add(&mut self, caster: &SceneCaster, shadow: &ShadowPlane, triangle: u32) {
         self.counts.candidates += 1;
         let corners = caster.corners(triangle);
         let Some(segment) = shadow.plane.cut(corners) else { return };

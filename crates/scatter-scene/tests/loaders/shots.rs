@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 use scatter_core::{Light, Phase, Projection};
-use scatter_scene::{Shot, builtin_shots, export, load_shot, read_exr, read_mask};
+use scatter_scene::{
+    BuiltinShot, Shot, Wrap, builtin_shots, builtin_variants, export, load_shot, read_exr, read_mask,
+};
 use serde_json::{Value, json};
 
 use crate::common::{Asset, shared_folder};
@@ -95,7 +97,7 @@ fn meshes_without_camera_or_light_say_what_to_do() {
 #[test]
 fn built_in_shots_load_without_a_note() {
     let folder = tempfile::tempdir().unwrap();
-    let shots: Vec<_> = builtin_shots().iter().collect();
+    let shots: Vec<_> = builtin_shots().iter().chain(builtin_variants()).collect();
     let paths = export(folder.path(), &shots).unwrap();
     assert!(!paths.is_empty());
     for path in paths {
@@ -104,6 +106,22 @@ fn built_in_shots_load_without_a_note() {
         println!("{}: {} triangles, coloured light: {is_coloured}", shot.name, shot.scene.triangles.len());
         assert!(shot.notes.is_empty(), "{}: {:?}", shot.name, shot.notes);
     }
+}
+
+#[test]
+fn the_cards_of_the_grove_come_back_from_their_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = export(folder.path(), &[BuiltinShot::find("grove-cards").unwrap()]).unwrap();
+    let scene = load_shot(&paths[0]).unwrap().scene;
+    // Every card is two triangles with the texture's corners, on 26 trees.
+    let trees = 26;
+    assert_eq!(scene.cutouts.len(), trees * 2 * 680);
+    let corner = |uv: &glam::DVec2| (uv.x == 0.0 || uv.x == 1.0) && (uv.y == 0.0 || uv.y == 1.0);
+    assert!(scene.cutouts.iter().all(|cutout| cutout.mask == 0 && cutout.uv.iter().all(corner)));
+    let [mask] = scene.masks.as_slice() else { panic!("{} masks", scene.masks.len()) };
+    assert_eq!((mask.size(), mask.wrap()), ([128, 128], [Wrap::ClampToEdge; 2]));
+    // The texture's middle is the twig, its upper corners are empty.
+    assert!(mask.is_there(glam::DVec2::new(0.5, 0.5)) && !mask.is_there(glam::DVec2::new(0.01, 0.01)));
 }
 
 #[test]

@@ -127,8 +127,32 @@ fn a_fence_of_a_million_slats_takes_a_moment_and_lets_half_through() {
     assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
 }
 
+#[test]
+fn a_fence_of_ten_million_slats_is_refused_before_any_work() {
+    let mask = |wrap: Wrap| AlphaMask::new([2, 1], [wrap; 2], |column, _| column == 0);
+    let supports = |scene: &Scene| {
+        let camera = perspective(DVec3::ONE, DVec3::ZERO);
+        let medium = Medium::homogeneous([0.1; 3], [0.0; 3], Phase::Isotropic).unwrap();
+        let texels = [f32::INFINITY; 15];
+        let depth = DepthMap::new(&texels, [5, 3]).unwrap();
+        let light = sun([0.0, -1.0, 0.0]);
+        let frame = Frame::new(&camera, depth, &light, &ShadowMap::Unshadowed, &medium, 10.0).unwrap();
+        let caster = SceneCaster::new(scene).unwrap();
+        let mut truth = RaycastTruth::new(&caster);
+        let supported = truth.supports(&frame);
+        assert_eq!(truth.render(&frame, &mut ScatterImage::new()).is_ok(), supported.is_ok());
+        supported
+    };
+    let refused = supports(&card(mask(Wrap::Repeat), 0.0, 1e7)).unwrap_err();
+    assert!(refused.reason.contains("four million texels"), "{refused}");
+    assert!(supports(&card(mask(Wrap::MirroredRepeat), 0.0, f64::from(u32::MAX))).is_err());
+    // Clamped, it has two texels, however far it goes; and a few repeats anywhere are a few.
+    assert_eq!(supports(&card(mask(Wrap::ClampToEdge), -1e300, 1e300)), Ok(()));
+    assert_eq!(supports(&card(mask(Wrap::Repeat), 1e12, 1e12 + 8.0)), Ok(()));
+}
+
 /// Masks for two thirds of the triangles: coarse and fine ones, with all wraps, over up to a few textures.
-fn cut_out(random: &mut Random, scene: &mut Scene) {
+pub(super) fn cut_out(random: &mut Random, scene: &mut Scene) {
     let wraps = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge];
     for _ in 0..4 {
         let size = [random.range(1.0, 12.0) as u32, random.range(1.0, 12.0) as u32];

@@ -184,6 +184,28 @@ fn scenes_far_from_the_origin_lose_no_more_than_their_coordinates_rounding() {
 }
 
 #[test]
+fn a_stray_corner_does_not_make_all_boxes_overlap() {
+    let mut random = Random(10);
+    let scene = soup(&mut random, 4000, DVec3::ZERO);
+    let mut strayed = scene.clone();
+    strayed.positions[7] = DVec3::new(1e13, -3e12, 2e12);
+    let camera = perspective(DVec3::new(9.0, 1.0, 2.0), DVec3::ZERO).with_size([16, 12]).unwrap();
+    let light = light_of(PlainLight::Lamp { position: DVec3::new(0.5, 6.0, 0.3) });
+    let medium = Medium::homogeneous([0.1; 3], [0.0; 3], Phase::Isotropic).unwrap();
+    let texels = vec![f32::INFINITY; 192];
+    let depth = DepthMap::new(&texels, [16, 12]).unwrap();
+    let frame = Frame::new(&camera, depth, &light, &ShadowMap::Unshadowed, &medium, 30.0).unwrap();
+    let boxes = |scene: &Scene| {
+        let caster = SceneCaster::new(scene).unwrap();
+        let stats = RaycastTruth::new(&caster).render(&frame, &mut ScatterImage::new()).unwrap();
+        stats.counts.get("boxes").unwrap()
+    };
+    let (without, with) = (boxes(&scene), boxes(&strayed));
+    // One triangle more in every ray's way, and another tree. It was all boxes of all rays before.
+    assert!(with < 2 * without, "{with} boxes, {without} without the stray");
+}
+
+#[test]
 fn the_tree_loses_neither_shadow_nor_hit() {
     let mut random = Random(9);
     for round in 0..30 {
@@ -194,6 +216,11 @@ fn the_tree_loses_neither_shadow_nor_hit() {
             let first = scene.positions.len() as u32;
             scene.positions.extend((0..3).map(|_| centre + random.in_cube(1e5)));
             scene.triangles.push([first, first + 1, first + 2]);
+        }
+        // Every third one with a corner 1e13 units away.
+        if round % 3 == 0 {
+            let corner = scene.positions.len() - 1 - round % 7;
+            scene.positions[corner] = random.direction() * 1e13;
         }
         let caster = SceneCaster::new(&scene).unwrap();
         // Eyes within the scene, at its side and far outside.
@@ -228,6 +255,64 @@ fn the_tree_loses_neither_shadow_nor_hit() {
             assert_eq!(found, expected, "round {round}, ray {index}");
         }
     }
+}
+
+#[test]
+fn rays_of_a_wedge_find_the_shadows_of_all_triangles_to_the_bit() {
+    let mut random = Random(11);
+    let (mut shared, mut dropped) = (0, 0);
+    for round in 0..40 {
+        let centre = random.direction() * random.pick(&[0.0, 1e3, 1e5]);
+        let mut scene = soup(&mut random, 600, centre);
+        if round % 2 == 0 {
+            // Sheets that hide much of it from the sun.
+            for _ in 0..3 {
+                let first = scene.positions.len() as u32;
+                scene.positions.extend((0..3).map(|_| centre + random.in_cube(9.0)));
+                scene.triangles.push([first, first + 1, first + 2]);
+            }
+        }
+        if round % 5 == 0 {
+            scene.positions[3] = random.direction() * 1e13;
+        }
+        if round % 4 == 1 {
+            cutouts::cut_out(&mut random, &mut scene);
+        }
+        let caster = SceneCaster::new(&scene).unwrap();
+        let eye = centre + random.direction() * random.pick(&[1.0, 8.0, 40.0]);
+        let sun = Light::directional(random.direction().to_array(), [1.0; 3]).unwrap();
+        let Light::Directional(directional) = &sun else { panic!() };
+        let to_sun = -directional.direction();
+        // Rays at all angles to the sun, within half of a thousandth of one half plane.
+        let (middle, side) = to_sun.any_orthonormal_pair();
+        let rays: Vec<WedgeRay> = (0..40)
+            .filter_map(|_| {
+                let (angle, turn) = (random.range(0.01, 3.13), random.range(-5e-4, 5e-4));
+                let across = middle * f64::cos(turn) + side * f64::sin(turn);
+                let along = (to_sun * f64::cos(angle) + across * f64::sin(angle)).normalize();
+                let ray = ViewRay { origin: DVec3::ZERO, direction: along };
+                let LightOnRay::Plane(shadow) = LightOnRay::new(&sun, eye, &ray) else { return None };
+                let first = caster.first_crossing(&shadow.plane, f64::INFINITY);
+                let end = first.unwrap_or(random.pick(&[3.0, 30.0, f64::INFINITY]));
+                Some(WedgeRay { shadow, end })
+            })
+            .collect();
+        let (mut wedge, mut walk, mut all) =
+            (SunWedge::default(), ShadowWalk::default(), ShadowWalk::default());
+        assert!(wedge.gather(&caster, eye, to_sun, &rays, &mut walk));
+        for ray in &rays {
+            wedge.collect(&caster, ray, &mut walk);
+            all.spans.reset(ray.end);
+            for triangle in 0..caster.triangle_count() as u32 {
+                all.add(&caster, &ray.shadow, triangle);
+            }
+            let (found, expected): (Vec<_>, Vec<_>) = (walk.spans.lit().collect(), all.spans.lit().collect());
+            assert_eq!(found, expected, "round {round}");
+            shared += u32::from(expected.len() > 1);
+        }
+        dropped += all.counts.candidates - walk.counts.candidates;
+    }
+    assert!(shared > 100 && dropped > 500_000, "{shared} rays lit in pieces, {dropped} triangles left out");
 }
 
 #[test]
