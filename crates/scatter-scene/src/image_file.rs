@@ -1,6 +1,6 @@
 //! Image files but for EXR: a tone-mapped PNG to look at, masks and textures from PNG.
 //!
-//! Rows are stored from the top, as everywhere in Scatter. Sizes are checked against [`MAX_PIXELS`] before anything
+//! Rows are stored from the top, as everywhere in Scatter. Sizes are checked against [`MAX_PIXELS`](crate::MAX_PIXELS) before anything
 //! is allocated for them; files are written whole or not at all.
 
 use std::io::{self, Cursor};
@@ -11,27 +11,10 @@ use image::{DynamicImage, ImageDecoder};
 use crate::atomic::write_atomically;
 use crate::error::{Checked, Fault, SceneError};
 use crate::exr_file::decode_exr;
-use crate::load::read_file;
-
-/// Longest side of an image that is read or rendered, in pixels.
-pub const MAX_SIDE: u32 = 16_384;
-
-/// Most pixels of an image that is read or rendered: 3 GiB of RGB f32.
-pub const MAX_PIXELS: u64 = 1 << 28;
-
-/// Most bytes of an image file's samples, all channels together: a layered EXR holds many that are not ours.
-pub(crate) const MAX_SAMPLE_BYTES: u64 = 6 << 30;
+use crate::radiance_image::{MAX_SAMPLE_BYTES, MAX_SIDE, RadianceImage, checked_image_size, checked_shape};
+use crate::regular_file::read_file;
 
 const DAMAGED: &str = "the file is cut off or damaged: write or copy it again";
-
-/// Linear RGB radiance.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RadianceImage {
-    /// `[width, height]` in pixels, each ≥ 1.
-    pub size: [u32; 2],
-    /// `[row][column]`, row 0 on top; any f32, NaN included.
-    pub pixels: Vec<[f32; 3]>,
-}
 
 /// Which pixels a comparison leaves out.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -89,30 +72,6 @@ pub fn read_linear_rgb(path: &Path) -> Result<RadianceImage, SceneError> {
         Err(Fault::unsupported("", "this is neither an EXR nor a PNG", "convert it to one of them"))
     };
     image.map_err(|fault| fault.in_file(path))
-}
-
-/// An error unless the size is sane for an image.
-pub(crate) fn checked_image_size(place: &str, size: [u64; 2]) -> Checked<[u32; 2]> {
-    let [width, height] = size;
-    let limit = u64::from(MAX_SIDE);
-    let is_sane =
-        (1..=limit).contains(&width) && (1..=limit).contains(&height) && width * height <= MAX_PIXELS;
-    if is_sane {
-        // Both are at most MAX_SIDE.
-        return Ok([width as u32, height as u32]);
-    }
-    let problem = format!("the image has {width} by {height} pixels");
-    let cure = format!("give 1 to {MAX_SIDE} pixels a side and at most {MAX_PIXELS} in all");
-    Err(Fault::too_large(place, problem, cure))
-}
-
-pub(crate) fn checked_shape(image: &RadianceImage) -> Checked<[usize; 2]> {
-    let size = checked_image_size("", image.size.map(u64::from))?.map(|side| side as usize);
-    if image.pixels.len() == size[0] * size[1] {
-        return Ok(size);
-    }
-    let problem = format!("{} pixels for {} by {}", image.pixels.len(), size[0], size[1]);
-    Err(Fault::invalid("", problem, "give width times height pixels"))
 }
 
 pub(crate) fn decode_png(bytes: &[u8]) -> Checked<DynamicImage> {

@@ -9,11 +9,14 @@ mod exr_file;
 mod fit;
 mod gltf;
 mod image_file;
+mod limits;
 mod load;
 mod maps;
 mod obj;
+mod radiance_image;
 #[cfg(feature = "raster")]
 mod raster;
+mod regular_file;
 mod scene;
 mod shot;
 mod texels;
@@ -29,11 +32,11 @@ pub use cutout::{AlphaMask, Cutout, Wrap};
 pub use error::{Fault, SceneError};
 pub use exr_file::{ExrSource, read_exr, read_exr_with_source, write_exr};
 pub use fit::{FittedMap, fit_map};
-pub use image_file::{
-    MAX_PIXELS, MAX_SIDE, Mask, RadianceImage, encode_png, read_linear_rgb, read_mask, write_png,
-};
-pub use load::{MAX_COORDINATE, MAX_POSITIONS, MAX_TRIANGLES, load_scene};
+pub use image_file::{Mask, encode_png, read_linear_rgb, read_mask, write_png};
+pub use limits::{MAX_COORDINATE, MAX_POSITIONS, MAX_TRIANGLES};
+pub use load::load_scene;
 pub use maps::ShotMaps;
+pub use radiance_image::{MAX_PIXELS, MAX_SIDE, RadianceImage};
 #[cfg(feature = "raster")]
 pub use raster::{
     DeviceChoice, DeviceInfo, DeviceKind, RasterDevice, RasterError, RasterOptions, RasterScene,

@@ -1,31 +1,16 @@
-//! The door for scene files: picks the reader by extension and holds the limits that all readers share.
+//! The door for scene files: picks the reader by extension.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use glam::DVec3;
 
 use crate::error::{Checked, Fault, SceneError};
+use crate::regular_file::read_file;
 use crate::scene::Scene;
-
-/// Most triangles of one scene, instances included. A scene at the limit takes 1.2 GB for its indices; a file of a
-/// few kilobytes can ask for any number through instancing, so there must be one.
-pub const MAX_TRIANGLES: u64 = 100_000_000;
-
-/// Most vertices of one scene: 2.4 GB of positions, and every index fits a `u32`.
-pub const MAX_POSITIONS: u64 = 100_000_000;
-
-/// Largest coordinate of a vertex \[world units\], either sign. Beyond it products of two edges leave the range of
-/// the f32 acceleration structures, and f64 resolves no more than a tenth of a unit anyway.
-pub const MAX_COORDINATE: f64 = 1e15;
 
 /// A vertex this many times farther out than nine tenths of the scene is told: ground planes and skies reach some
 /// thousand times as far as a model, mistakes 10⁹ times and more.
 const STRAY_FACTOR: f64 = 1e6;
-
-/// Longest file that is read, in bytes. Larger meshes exceed [`MAX_POSITIONS`] in every format.
-const MAX_FILE_BYTES: u64 = 8 << 30;
 
 /// Loads an OBJ, glTF or GLB file (by extension, in any case) as world-space triangles with cameras and lights.
 ///
@@ -35,7 +20,7 @@ const MAX_FILE_BYTES: u64 = 8 << 30;
 /// [`Scene::notes`] by its name.
 ///
 /// Never panics, and allocates in proportion to the file and to the triangles that it really has, up to
-/// [`MAX_TRIANGLES`]. A file without a single triangle is an error; zero-area triangles with three different
+/// [`MAX_TRIANGLES`](crate::MAX_TRIANGLES). A file without a single triangle is an error; zero-area triangles with three different
 /// indices are kept, those that repeat an index (strips are joined with them) are dropped.
 pub fn load_scene(path: &Path) -> Result<Scene, SceneError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
@@ -49,54 +34,6 @@ pub fn load_scene(path: &Path) -> Result<Scene, SceneError> {
         )),
     };
     scene.and_then(checked_scene).map_err(|fault| fault.in_file(path))
-}
-
-/// Reads a whole file whose size is sane.
-pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, SceneError> {
-    let open = || {
-        let file = File::open(path)?;
-        let metadata = file.metadata()?;
-        Ok((file, metadata))
-    };
-    let (mut file, metadata) = open().map_err(|e| SceneError::read(path, e))?;
-    if !metadata.is_file() {
-        // A pipe or a device could go on for ever.
-        return Err(Fault::invalid("", "this is not a regular file", "name a file").in_file(path));
-    }
-    if metadata.len() > MAX_FILE_BYTES {
-        let problem = format!("{} bytes, more than the limit of {MAX_FILE_BYTES}", metadata.len());
-        return Err(Fault::too_large("", problem, "split or simplify the file").in_file(path));
-    }
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(|e| SceneError::read(path, e))?;
-    Ok(bytes)
-}
-
-/// The place's position if it is finite and not absurdly far away.
-pub(crate) fn checked_position(p_world: DVec3, place: impl Fn() -> String) -> Checked<DVec3> {
-    if p_world.abs().max_element() <= MAX_COORDINATE && p_world.is_finite() {
-        return Ok(p_world);
-    }
-    let [x, y, z] = p_world.to_array();
-    let problem = if p_world.is_finite() {
-        format!("the vertex ({x:e}, {y:e}, {z:e}) is farther than {MAX_COORDINATE:e} units from the origin")
-    } else {
-        format!("the vertex ({x}, {y}, {z}) is not finite")
-    };
-    Err(Fault::invalid(place(), problem, "export the mesh with finite coordinates of a sane size"))
-}
-
-/// Refuses a scene that would grow beyond the limits.
-pub(crate) fn checked_counts(place: impl Fn() -> String, triangles: u64, positions: u64) -> Checked<()> {
-    let (count, what, limit) = if triangles > MAX_TRIANGLES {
-        (triangles, "triangles", MAX_TRIANGLES)
-    } else if positions > MAX_POSITIONS {
-        (positions, "vertices", MAX_POSITIONS)
-    } else {
-        return Ok(());
-    };
-    let problem = format!("the scene has {count} {what} or more, the limit is {limit}");
-    Err(Fault::too_large(place(), problem, "simplify it, or use fewer instances"))
 }
 
 fn checked_scene(mut scene: Scene) -> Checked<Scene> {

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder};
 
 use crate::error::{Checked, Fault};
-use crate::image_file::{MAX_SAMPLE_BYTES, MAX_SIDE, checked_image_size};
+use crate::radiance_image::{MAX_SAMPLE_BYTES, MAX_SIDE, checked_image_size};
 
 /// A decoded texture of 16 bits a channel; 8 bits are widened so that the fractions stay the same.
 pub(crate) struct Texels {

@@ -10,7 +10,7 @@ mod weld;
 
 use glam::DVec3;
 
-use crate::load::MAX_COORDINATE;
+use crate::limits::MAX_COORDINATE;
 use crate::scene::Scene;
 
 pub(crate) use bvh::{Bvh, F32_ROUNDING, Node, Pending};

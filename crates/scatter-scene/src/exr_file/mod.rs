@@ -21,8 +21,8 @@ use glam::{DMat3, DVec3};
 
 use crate::atomic::write_atomically;
 use crate::error::{Checked, Fault, SceneError, one_line};
-use crate::image_file::{MAX_SAMPLE_BYTES, RadianceImage, checked_image_size, checked_shape};
-use crate::load::read_file;
+use crate::radiance_image::{MAX_SAMPLE_BYTES, RadianceImage, checked_image_size, checked_shape};
+use crate::regular_file::read_file;
 
 const DAMAGED: &str = "the file is cut off or damaged: write or copy it again";
 

@@ -10,7 +10,7 @@ use gltf::json::Root;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::validation::Checked as Known;
 
-use super::container::Buffers;
+use super::container::{Buffers, sub_slice};
 use crate::error::{Checked, Fault};
 
 const CURE: &str = "the file is damaged or was exported wrongly: export it again";
@@ -265,11 +265,6 @@ impl<'a> Packed<'a> {
         }
         values
     }
-}
-
-/// A part of a slice whose ends may be any numbers.
-pub(super) fn sub_slice(bytes: &[u8], start: u64, end: Option<u64>) -> Option<&[u8]> {
-    bytes.get(usize::try_from(start).ok()?..usize::try_from(end?).ok()?)
 }
 
 /// The first component in `bytes`; normalised integers become c/max, at least −1.

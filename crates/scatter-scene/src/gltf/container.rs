@@ -10,7 +10,6 @@ use std::path::Path;
 use gltf::json::buffer::View;
 use gltf::json::{Buffer, Root};
 
-use super::accessor::sub_slice;
 use super::document::Document;
 use super::uri::read_uri;
 use crate::error::{Checked, Fault};
@@ -150,4 +149,9 @@ fn read_u32(bytes: &[u8], offset: usize) -> Option<u32> {
 
 fn cut_off(place: impl Into<String>) -> Fault {
     Fault::invalid(place, "it ends too early", CUT_OFF)
+}
+
+/// A part of a slice whose ends may be any numbers.
+pub(super) fn sub_slice(bytes: &[u8], start: u64, end: Option<u64>) -> Option<&[u8]> {
+    bytes.get(usize::try_from(start).ok()?..usize::try_from(end?).ok()?)
 }

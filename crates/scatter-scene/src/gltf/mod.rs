@@ -39,7 +39,7 @@ use self::primitive::{LeftOut, LocalMesh, Pose, decode, triangle_count};
 use self::skin::Skin;
 use crate::cutout::Cutout;
 use crate::error::{Checked, Fault};
-use crate::load::{checked_counts, checked_position};
+use crate::limits::{checked_counts, checked_position};
 use crate::scene::Scene;
 
 /// Reads a GLB or glTF file; buffers and images beside it are looked for in `folder`.

@@ -14,7 +14,7 @@ use glam::{DAffine2, DMat2, DVec2};
 use super::lines::{each_statement, number, text};
 use crate::cutout::{AlphaMask, Wrap};
 use crate::error::{Checked, Fault, one_line};
-use crate::load::read_file;
+use crate::regular_file::read_file;
 use crate::texels::{Texels, decode_texels, has_alpha};
 use crate::text::utf8_bytes;
 

@@ -24,7 +24,7 @@ use self::lines::{each_statement, number, text};
 use self::polygon::{Cut, Triangulator};
 use crate::cutout::Cutout;
 use crate::error::{Checked, Fault};
-use crate::load::{checked_counts, checked_position};
+use crate::limits::{checked_counts, checked_position};
 use crate::scene::Scene;
 use crate::text::utf8_bytes;
 

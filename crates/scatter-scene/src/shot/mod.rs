@@ -14,6 +14,7 @@
 //! that nobody reads is an error.
 
 mod document;
+mod fault;
 mod pick;
 mod resolve;
 #[cfg(test)]
@@ -29,7 +30,8 @@ use self::document::Document;
 use self::text::ShotText;
 pub use self::texture::OwnedTexture;
 use crate::error::{Checked, Fault, SceneError};
-use crate::load::{load_scene, read_file};
+use crate::load::load_scene;
+use crate::regular_file::read_file;
 use crate::scene::Scene;
 use crate::text::utf8_bytes;
 

@@ -3,7 +3,7 @@
 use glam::{DMat4, DVec3};
 use scatter_core::{Camera, Light, ModelError};
 
-use super::resolve::fault_at;
+use super::fault::fault_at;
 use crate::error::{Checked, Fault};
 use crate::scene::{Scene, SceneCamera, SceneLens, SceneLight, SceneLightKind};
 

@@ -3,16 +3,16 @@
 use std::path::Path;
 
 use glam::DVec3;
-use scatter_core::{Camera, Light, Medium, ModelError, Phase, Scattering};
+use scatter_core::{Camera, Light, Medium, Phase, Scattering};
 
 use super::document::Document;
+use super::fault::{fault_at, model_fault, sane};
 use super::pick::{picked_camera, picked_light};
 use super::text::{CameraText, LightKindText, LightText, MediumText, Named, PhaseText, ShotText};
 use super::texture::owned_texture;
 use super::{DEFAULT_RESOLUTION, Shot, ShotLight};
 use crate::error::{Checked, Fault};
-use crate::image_file::checked_image_size;
-use crate::load::MAX_COORDINATE;
+use crate::radiance_image::checked_image_size;
 use crate::scene::Scene;
 
 /// Optical depth over the scene's diagonal of the medium that a mesh alone is shown in.
@@ -263,17 +263,6 @@ fn phase_of(
     }
 }
 
-/// An error unless every number is finite and at most [`MAX_COORDINATE`]: products of several must stay in range.
-pub(super) fn sane(document: &Document<'_>, key: &str, values: &[f64]) -> Checked<()> {
-    match values.iter().find(|value| !(value.abs() <= MAX_COORDINATE)) {
-        None => Ok(()),
-        Some(value) => {
-            let cure = format!("give finite numbers of at most {MAX_COORDINATE:e}");
-            Err(Fault::invalid(document.place(key), format!("the value {value}"), cure))
-        }
-    }
-}
-
 fn checked_distance(document: &Document<'_>, key: &str, distance: f64) -> Checked<f64> {
     sane(document, key, &[distance])?;
     if distance > 0.0 {
@@ -304,24 +293,4 @@ fn check_apart(camera: &Camera, light: &Light, place: &str) -> Checked<()> {
         return Err(Fault::invalid(place, problem, "move one of the two"));
     }
     Ok(())
-}
-
-/// The model's error at the key that it names, which may stand below `key`.
-pub(super) fn model_fault(document: &Document<'_>, key: &str, error: &ModelError) -> Fault {
-    let text = error.to_string();
-    let first_word = text.split([' ', ':', '[']).next().unwrap_or_default();
-    // The model says `light.direction`, the file perhaps `lights[2].direction`.
-    let field = first_word.rsplit_once('.').map_or("", |(_, field)| field);
-    let place =
-        if field.is_empty() { document.place(key) } else { document.place(&format!("{key}.{field}")) };
-    fault_at(place, error)
-}
-
-/// The model's error at a place that is known already.
-pub(super) fn fault_at(place: String, error: &ModelError) -> Fault {
-    let text = error.to_string();
-    let (problem, cure) = text.rsplit_once("; ").unwrap_or((&text, "correct it"));
-    // `camera.up: it is …`: the place says that already.
-    let said = problem.split_once(": ").filter(|(field, _)| !field.is_empty() && place.ends_with(field));
-    Fault::invalid(place.clone(), said.map_or(problem, |(_, problem)| problem), cure)
 }

@@ -5,11 +5,12 @@ use std::path::Path;
 use scatter_core::{Light, LightTexture, MapProjection, ModelError};
 
 use super::document::Document;
+use super::fault::{model_fault, sane};
 use super::path_beside;
-use super::resolve::{model_fault, sane};
 use super::text::TextureText;
 use crate::error::{Checked, Fault};
-use crate::image_file::{checked_image_size, read_linear_rgb};
+use crate::image_file::read_linear_rgb;
+use crate::radiance_image::checked_image_size;
 
 /// Coloured glass: linear RGB factors with the projection that places them.
 #[derive(Debug, Clone)]
