@@ -131,6 +131,7 @@ impl VolumetricShadow for RaycastTruth<'_> {
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
+        self.supports(frame)?;
         let mut stats = RenderStats::default();
         let mut clock = StageClock::start();
         out.resize(frame.size());
