@@ -105,6 +105,7 @@ impl VolumetricShadow for ShadowMapWalk {
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
+        self.supports(frame)?;
         let mut stats = RenderStats::default();
         let mut clock = StageClock::start();
         let [width, height] = frame.size();
