@@ -3,10 +3,10 @@
 //! The walk is 32 m long (x), 4.4 m wide (z) and 4.6 m high; on its open side columns stand on a parapet and carry
 //! round arches. Columns are instances of one mesh.
 
-use super::BuiltinShot;
 use super::blocks::Blocks;
 use super::glb_writer::{GlbScene, Node};
 use super::mesh::Mesh;
+use super::shot::BuiltinShot;
 use glam::DVec3;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {

@@ -3,11 +3,11 @@
 //! After Baran et al. 2010, figure 13: with no depth edges in the image, interpolation along epipolar lines that
 //! looks for them misses the beam. The plate with the hole is above the camera and outside of the picture.
 
-use super::BuiltinShot;
 use super::blocks::Blocks;
 use super::glb_writer::{GlbScene, Node};
 use super::mesh::Mesh;
 use super::random::sin_cos_turns;
+use super::shot::BuiltinShot;
 use glam::DVec3;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {

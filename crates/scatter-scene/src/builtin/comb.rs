@@ -3,11 +3,11 @@
 //! 16 m long (x), 12 m wide (z), 5 m high. The slats lie across it, 60 mm thick every 250 mm. They are one mesh hung
 //! up many times, in groups a metre long.
 
-use super::BuiltinShot;
 use super::blocks::Blocks;
 use super::glb_writer::{GlbScene, Node};
 use super::mesh::Mesh;
 use super::random::mix;
+use super::shot::BuiltinShot;
 use glam::DVec3;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {

@@ -1,6 +1,6 @@
 //! Writes built-in shots into a folder, as files that any loader can read.
 
-use super::{BuiltinFile, BuiltinShot};
+use super::shot::{BuiltinFile, BuiltinShot};
 use crate::atomic::write_atomically;
 use crate::error::SceneError;
 use std::fs;

@@ -2,10 +2,10 @@
 //!
 //! Five trees, each a mesh of wood and one of leaves, are planted many times, turned and scaled.
 
-use super::BuiltinShot;
 use super::glb_writer::{GlbScene, MeshId, Node, NodeId};
 use super::mesh::Mesh;
 use super::random::Random;
+use super::shot::BuiltinShot;
 use super::terrain::{sheet, smooth_noise};
 use super::tree::{Foliage, Habit, Tree};
 use glam::DVec3;

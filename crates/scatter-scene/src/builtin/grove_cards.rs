@@ -3,10 +3,10 @@
 //! The same trees at the same places; what nine thousand folded leaves are there, a few hundred squares are here, each
 //! with a twig's leaves painted into its texture's alpha.
 
-use super::BuiltinShot;
 use super::glb_writer::GlbScene;
 use super::grove::{GROUND_CELLS, Species, ground, plant_all};
 use super::random::{Random, sin_cos_turns};
+use super::shot::BuiltinShot;
 use super::tree::Foliage;
 use glam::DVec2;
 use image::{ImageBuffer, ImageFormat, Rgba};

@@ -4,10 +4,10 @@
 //! sea level (5.8, 13.5, 33.1 per 1000 km for red, green, blue; Bruneton and Neyret 2008, table of section 4), and
 //! haze that scatters forwards.
 
-use super::BuiltinShot;
 use super::glb_writer::{GlbScene, Node};
 use super::mesh::Mesh;
 use super::random::{Random, sin_cos_turns};
+use super::shot::BuiltinShot;
 use super::terrain::{sheet, smooth_noise};
 use glam::DVec3;
 

@@ -3,11 +3,11 @@
 //! An OBJ scene. The globe is a grid of cells in height, angle and radius with holes cut out; the room and the
 //! furniture are boxes.
 
-use super::BuiltinShot;
 use super::blocks::Blocks;
 use super::mesh::Mesh;
 use super::obj_writer::obj_text;
 use super::random::sin_cos_turns;
+use super::shot::BuiltinShot;
 use glam::DVec3;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {

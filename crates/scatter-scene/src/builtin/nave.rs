@@ -3,10 +3,10 @@
 //! The hall is 32 m long (x), 12 m wide (z) and 13 m high. Shell and arcade walls are warped grids of cells:
 //! closed, with walls of finite thickness, so that no light leaks in. Columns and ribs are instances.
 
-use super::BuiltinShot;
 use super::blocks::Blocks;
 use super::glb_writer::{GlbScene, Node};
 use super::mesh::Mesh;
+use super::shot::BuiltinShot;
 use glam::DVec3;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {

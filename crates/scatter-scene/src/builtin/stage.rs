@@ -2,10 +2,10 @@
 //!
 //! A closed house, 14 m × 7.5 m × 14 m. The grille is one closed lattice; columns and steps are instances.
 
-use super::BuiltinShot;
 use super::blocks::Blocks;
 use super::glb_writer::{GlbScene, Node};
 use super::mesh::Mesh;
+use super::shot::BuiltinShot;
 use glam::DVec3;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {

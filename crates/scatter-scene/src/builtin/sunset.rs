@@ -2,10 +2,10 @@
 //!
 //! The wood is that of `grove`, planted otherwise: an avenue with a tree in front of the sun.
 
-use super::BuiltinShot;
 use super::glb_writer::{GlbScene, Node};
 use super::grove::{GROUND_CELLS, Species, ground};
 use super::random::Random;
+use super::shot::BuiltinShot;
 use super::tree::Foliage;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {

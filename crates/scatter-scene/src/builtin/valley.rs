@@ -2,8 +2,8 @@
 //!
 //! One sheet of 1.1 million triangles with 32-bit indices; the cells are 3.5 m wide.
 
-use super::BuiltinShot;
 use super::glb_writer::GlbScene;
+use super::shot::BuiltinShot;
 use super::terrain::{ease, ridged_noise, sheet, smooth_noise};
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::CasterError;
+use super::error::CasterError;
 use crate::cutout::{AlphaMask, Wrap};
 use crate::scene::Scene;
 

@@ -4,7 +4,8 @@ use glam::{DMat4, DVec3, DVec4};
 use rayon::prelude::*;
 use scatter_core::{Camera, MapError, MapProjection, MapSource, ModelError};
 
-use super::{RayPlane, SceneCaster};
+use super::ray_plane::RayPlane;
+use super::scene_caster::SceneCaster;
 
 impl SceneCaster {
     /// Fills `out`, `[y][x]`, with the distance along each pixel's ray to its first surface, at any distance; `+∞` for

@@ -3,28 +3,15 @@
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
 
 use super::device::Device;
 use super::error::{RasterError, Tried as _};
 use super::memory::Buffer;
 use super::mesh::upload;
 use super::pass::split;
+use super::pipeline::CardVertex;
 use crate::caster::SceneCaster;
 use crate::cutout::Wrap;
-
-/// A corner of a cut-out. Neighbours share places but not texture coordinates, so nothing is indexed.
-#[derive(Debug, Clone, Copy, Pod, Zeroable)]
-#[repr(C)]
-pub(super) struct CardVertex {
-    /// Its place, as a [`Vertex`](super::pipeline::Vertex).
-    pub high: [f32; 3],
-    pub low: [f32; 3],
-    /// Its place on the mask \[texels\], before wrapping.
-    pub texel: [f32; 2],
-    /// First word, columns, rows, wraps: `CardPoint.mask` in `depth.wgsl`.
-    pub mask: [u32; 4],
-}
 
 /// The cut-outs of a scene, ready to be drawn.
 pub(super) struct Cards {

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::cards::CardVertex;
 use super::device::Device;
 use super::error::{RasterError, Tried as _};
 
@@ -19,6 +18,19 @@ pub(super) struct Vertex {
     pub high: [f32; 3],
     /// What that leaves.
     pub low: [f32; 3],
+}
+
+/// A corner of a cut-out. Neighbours share places but not texture coordinates, so nothing is indexed.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct CardVertex {
+    /// Its place, as a [`Vertex`].
+    pub high: [f32; 3],
+    pub low: [f32; 3],
+    /// Its place on the mask \[texels\], before wrapping.
+    pub texel: [f32; 2],
+    /// First word, columns, rows, wraps: `CardPoint.mask` in `depth.wgsl`.
+    pub mask: [u32; 4],
 }
 
 /// What the vertex stage reads of a pass: `Pass` in `depth.wgsl`.
