@@ -15,10 +15,11 @@ use scatter_validate::{Figures, Labelled, StagedShot, compare};
 const SIZE: [u32; 2] = [160, 120];
 /// Texels along a side of the shadow map: four centimetres each.
 const MAP_SIZE: u32 = 1024;
-/// Largest relative RMSE of shadow maps of that size against the triangles: leaves are six texels long. Ten per cent
-/// were measured; a map that ignored the alpha is half as dark again.
-const MAP_ERROR: f64 = 0.15;
-/// The same between maps by ray casts and by raster: no texel may differ by what can be seen.
+/// Largest relative RMSE of shadow maps of that size against the triangles: leaves are six texels long. Five per
+/// cent were measured; without the alpha it is over a hundred.
+const MAP_ERROR: f64 = 0.1;
+/// The same between maps by ray casts and by raster: no texel may differ by what can be seen. 4e-7 were measured: the
+/// f32 rounding of depths.
 const SOURCES_DIFFER: f64 = 1e-6;
 
 fn cards() -> Shot {

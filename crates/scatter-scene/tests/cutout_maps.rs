@@ -11,7 +11,7 @@ fn soup(random: &mut Random, count: u32, centre: DVec3) -> Scene {
     for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge, Wrap::Repeat] {
         let holes = random.bits();
         let size = [random.range(1.0, 20.0) as u32, random.range(1.0, 20.0) as u32];
-        let is_there = |column: u32, row: u32| holes >> (column * 5 + row * 3) % 64 & 1 == 0;
+        let is_there = |column: u32, row: u32| (holes >> ((column * 5 + row * 3) % 64)) & 1 == 0;
         scene.masks.push(AlphaMask::new(size, [wrap, Wrap::Repeat], is_there));
     }
     for triangle in 0..count {

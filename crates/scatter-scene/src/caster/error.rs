@@ -7,7 +7,7 @@ pub enum CasterError {
     /// A vertex that is not a point.
     #[error("vertex {index} is ({x}, {y}, {z}); give finite coordinates within ±1e15")]
     BadVertex {
-        /// Its index in [`Scene::positions`].
+        /// Its index in [`Scene::positions`](crate::Scene::positions).
         index: usize,
         /// Its coordinates.
         x: f64,
@@ -19,7 +19,7 @@ pub enum CasterError {
     /// A triangle that names a vertex that is not there.
     #[error("triangle {triangle} uses vertex {vertex} of {count}; give indices below {count}")]
     BadIndex {
-        /// Its index in [`Scene::triangles`].
+        /// Its index in [`Scene::triangles`](crate::Scene::triangles).
         triangle: usize,
         /// The vertex it names.
         vertex: u32,
@@ -39,7 +39,7 @@ pub enum CasterError {
     /// A cut-out that is none.
     #[error("cut-out {index} {problem}")]
     BadCutout {
-        /// Its index in [`Scene::cutouts`].
+        /// Its index in [`Scene::cutouts`](crate::Scene::cutouts).
         index: usize,
         /// What is wrong, and the cure.
         problem: &'static str,

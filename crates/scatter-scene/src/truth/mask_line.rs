@@ -25,7 +25,7 @@ pub(super) fn runs(mask: &AlphaMask, a: DVec2, b: DVec2, range: [f64; 2], mut ru
             run(begin, at);
         }
         let is_uniform = block == 0 || block == u64::MAX;
-        let steps = axes.map(|axis| if is_uniform { axis.to_block_end() } else { 1 });
+        let steps = axes.map(|axis| if is_uniform { axis.steps_in_block() } else { 1 });
         let ends = [axes[0].border(steps[0]), axes[1].border(steps[1])];
         let first = usize::from(ends[1] < ends[0]);
         // Not back, whatever the rounding of two borders that are one place on the line.
@@ -81,7 +81,7 @@ impl Axis {
     }
 
     /// Steps until the line leaves the block of texels that shows, or the texture.
-    fn to_block_end(&self) -> u32 {
+    fn steps_in_block(&self) -> u32 {
         let shown = self.shown();
         // Whether the texture's texels are met in their order.
         if (self.change > 0.0) == (self.within < self.count) {
