@@ -138,7 +138,7 @@ impl Options {
     /// than a twentieth of it, weighted by how far the pixel is from both, and still do half a pixel's 64th apart, the
     /// pixel is walked ray by ray. (A half leaves up to 219 of 19,000 pixels beyond, since the weight is a mean over where
     /// an edge may lie; a tenth still 34.) What is thinner than half a pixel and lies between two slices that agree is not
-    /// seen; on 15 shots less than one pixel in a thousand is. Unoccluded means without the light's glass, too.
+    /// seen; on 15 shots less than one pixel in a thousand is. Unoccluded means without the light's texture, too.
     pub fn for_error(error: f64, size: [u32; 2]) -> Result<Self, OptionError> {
         if !(error > 0.0 && error < 1.0) {
             return Err(OptionError::BadValue {

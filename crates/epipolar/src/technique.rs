@@ -13,7 +13,7 @@ use crate::options::{ID, Options};
 /// indices are u32. [`Epipolar`] renders all of it.
 pub const CAPABILITIES: Capabilities = Capabilities {
     lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
-    glass: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    textures: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
     maps: &[
         MapKind::Unshadowed,
         MapKind::Orthographic,

@@ -17,7 +17,7 @@ pub use walk::{ShadowMapWalk, WALK_ID};
 /// All that the model has, by name: a feature that is added to it is refused until it is named here.
 pub(crate) const EVERYTHING: Capabilities = Capabilities {
     lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
-    glass: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    textures: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
     maps: &[
         MapKind::Unshadowed,
         MapKind::Orthographic,

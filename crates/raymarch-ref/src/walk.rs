@@ -149,7 +149,7 @@ impl VolumetricShadow for ShadowMapWalk {
     }
 }
 
-/// Adds a lit stretch behind coloured glass: piece by piece of the texture's texels, neighbours of one colour
+/// Adds a lit stretch behind a colour texture: piece by piece of the texture's texels, neighbours of one colour
 /// together.
 fn add_coloured(
     texture: &LightTexture<'_>,

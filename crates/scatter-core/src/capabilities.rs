@@ -21,8 +21,8 @@ use crate::setup::Setup;
 pub struct Capabilities {
     /// Lights.
     pub lights: &'static [LightKind],
-    /// Lights that may carry coloured glass.
-    pub glass: &'static [LightKind],
+    /// Lights that may carry a colour texture.
+    pub textures: &'static [LightKind],
     /// Shadow maps.
     pub maps: &'static [MapKind],
     /// Cameras.
@@ -60,7 +60,7 @@ impl Limits {
 /// What a frame asks of a technique.
 struct Needs {
     light: LightKind,
-    glass: bool,
+    textured: bool,
     map: MapKind,
     camera: CameraKind,
     extinction: ExtinctionKind,
@@ -88,7 +88,7 @@ impl Needs {
         }
         Self {
             light: LightKind::of(light),
-            glass: texture.is_some(),
+            textured: texture.is_some(),
             map: maps.kind(),
             camera: CameraKind::of(camera),
             extinction: if medium.is_grey() { ExtinctionKind::Grey } else { ExtinctionKind::Rgb },
@@ -111,7 +111,7 @@ impl Capabilities {
     /// Renders nothing: where every technique starts.
     pub const NOTHING: Self = Self {
         lights: &[],
-        glass: &[],
+        textures: &[],
         maps: &[],
         cameras: &[],
         extinctions: &[],
@@ -134,7 +134,7 @@ impl Capabilities {
         // Exhaustive on purpose, on both sides: a need that nothing is compared with does not compile.
         let Needs {
             light,
-            glass,
+            textured,
             map,
             camera,
             extinction,
@@ -147,7 +147,7 @@ impl Capabilities {
         } = Needs::of(setup);
         let &Self {
             lights,
-            glass: glass_lights,
+            textures: textured_lights,
             maps,
             cameras,
             extinctions,
@@ -169,15 +169,15 @@ impl Capabilities {
         refuse_if(endless && !endless_rays, || {
             "rays without end (max_distance is ∞); give a finite max_distance".into()
         })?;
-        refuse_if(glass && !glass_lights.contains(&light), || {
-            let cure = match glass_lights {
+        refuse_if(textured && !textured_lights.contains(&light), || {
+            let cure = match textured_lights {
                 [] => "give the light without it".into(),
                 _ => {
-                    let phrases: Vec<_> = glass_lights.iter().map(|kind| kind.phrase()).collect();
+                    let phrases: Vec<_> = textured_lights.iter().map(|kind| kind.phrase()).collect();
                     format!("give it without, or {}", either(&phrases))
                 }
             };
-            format!("{} with coloured glass; {cure}", light.phrase())
+            format!("{} with a colour texture; {cure}", light.phrase())
         })?;
         let (where_, most_g) = match light {
             LightKind::Directional => ("under a sun", sun_g),
@@ -194,12 +194,12 @@ impl Capabilities {
 
     /// What is on the lists, a row each: its name and the values in words.
     pub fn describe(&self) -> Vec<(&'static str, String)> {
-        let &Self { lights, glass, maps, cameras, extinctions, phases, phase_sums, endless_rays, limits } =
+        let &Self { lights, textures, maps, cameras, extinctions, phases, phase_sums, endless_rays, limits } =
             self;
         let sums = if phase_sums { ", sums of them" } else { "" };
         let mut rows = vec![
             ("lights", names(lights)),
-            ("glass", names(glass)),
+            ("textures", names(textures)),
             ("maps", names(maps)),
             ("cameras", names(cameras)),
             ("media", format!("{}; {}{sums}", names(extinctions), names(phases))),
@@ -216,7 +216,7 @@ impl Capabilities {
     pub fn cannot(&self) -> Vec<String> {
         let &Self {
             lights,
-            glass,
+            textures,
             maps,
             cameras,
             extinctions,
@@ -226,7 +226,7 @@ impl Capabilities {
             limits: Limits { sun_g, lamp_g, cascades: _, layer_texels: _ },
         } = self;
         let mut all = missing(lights);
-        all.extend(missing(glass).into_iter().map(|light| format!("{light} with coloured glass")));
+        all.extend(missing(textures).into_iter().map(|light| format!("{light} with a colour texture")));
         all.extend(missing(maps));
         all.extend(missing(cameras));
         all.extend(missing(extinctions));

@@ -43,7 +43,7 @@ impl<'a> Frame<'a> {
         Ok(Self { setup, depth, shadow, texture: None, map_source: None })
     }
 
-    /// The same frame with coloured glass in front of its light. Errors as those of [`Setup::with_texture`].
+    /// The same frame with a colour texture in front of its light. Errors as those of [`Setup::with_texture`].
     pub fn with_texture(self, texture: &'a LightTexture<'a>) -> Result<Self, ModelError> {
         let setup = self.setup.with_texture(*texture.projection())?;
         Ok(Self { setup, texture: Some(texture), ..self })
@@ -79,7 +79,7 @@ impl<'a> Frame<'a> {
         self.shadow
     }
 
-    /// The coloured glass in front of it.
+    /// The colour texture in front of it.
     pub fn texture(&self) -> Option<&'a LightTexture<'a>> {
         self.texture
     }

@@ -1,4 +1,4 @@
-//! Lights: a sun, a lamp, a lamp with a cone, and the coloured glass that one can carry.
+//! Lights: a sun, a lamp, a lamp with a cone, and the colour texture that one can carry.
 
 use glam::DVec3;
 
@@ -194,7 +194,7 @@ impl SpotLight {
     }
 }
 
-/// Coloured glass in front of a light: linear RGB by nearest texel; white outside of its texels.
+/// A colour texture in front of a light (stained glass): linear RGB by nearest texel; white outside of its texels.
 #[derive(Debug, Clone, Copy)]
 pub struct LightTexture<'a> {
     projection: MapProjection,

@@ -9,7 +9,7 @@ use crate::setup::Setup;
 use crate::sun_integral_f32::SunIntegralF32;
 
 /// A sun or a lamp along the view rays of one camera. Errors and costs as [`SunIntegralF32`] and [`LampIntegralF32`]
-/// state them. The light's coloured glass is left out.
+/// state them. The light's texture is left out.
 #[derive(Debug, Clone)]
 pub enum LightIntegralF32<'a> {
     /// A directional light.

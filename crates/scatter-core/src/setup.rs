@@ -14,7 +14,7 @@ use crate::map_layout::MapLayout;
 use crate::map_projection::MapProjection;
 use crate::medium::Medium;
 
-/// Camera, light, medium, range, and where the maps and the coloured glass look. Checked once: a set-up that exists is
+/// Camera, light, medium, range, and where the maps and the texture look. Checked once: a set-up that exists is
 /// sane. Copied as it is; about 2 KB.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setup<'a> {
@@ -44,12 +44,12 @@ impl<'a> Setup<'a> {
         Ok(Self { camera, light, medium, max_distance, maps, texture: None })
     }
 
-    /// The same with coloured glass in front of the light.
+    /// The same with a colour texture in front of the light.
     ///
-    /// The glass is read by the kind of its light, so an error is: perspective glass on a sun, or glass that does not
-    /// look along it; parallel glass on a lamp, or a cone that does not start at the lamp.
+    /// The texture is read by the kind of its light, so an error is: a perspective one on a sun, or one that does not
+    /// look along it; a parallel one on a lamp, or a cone that does not start at the lamp.
     pub fn with_texture(self, projection: MapProjection) -> Result<Self, ModelError> {
-        check_glass(self.light, &projection)?;
+        check_texture(self.light, &projection)?;
         Ok(Self { texture: Some(projection), ..self })
     }
 
@@ -78,7 +78,7 @@ impl<'a> Setup<'a> {
         &self.maps
     }
 
-    /// Where the coloured glass in front of the light is.
+    /// Where the texture in front of the light is.
     pub fn texture(&self) -> Option<&MapProjection> {
         self.texture.as_ref()
     }
@@ -189,23 +189,21 @@ fn map_at_the_lamp(light: &Light, projection: &MapProjection) -> Result<(), Mode
     }
 }
 
-fn check_glass(light: &Light, projection: &MapProjection) -> Result<(), ModelError> {
+fn check_texture(light: &Light, projection: &MapProjection) -> Result<(), ModelError> {
     match light {
         Light::Directional(_) if projection.is_perspective() => {
-            mismatch("a directional light has perspective glass; give its texture a parallel projection")
+            mismatch("a directional light has a perspective texture; give it a parallel projection")
         }
         Light::Directional(sun) if !looks_along(projection, sun) => mismatch(
-            "the glass does not look along the directional light; build its texture's projection from light.direction",
+            "the texture does not look along the directional light; build its projection from light.direction",
         ),
         Light::Directional(_) => Ok(()),
-        Light::Point(_) | Light::Spot(_) if !projection.is_perspective() => mismatch(
-            "a lamp has parallel glass; give its texture a perspective projection from light.position",
-        ),
+        Light::Point(_) | Light::Spot(_) if !projection.is_perspective() => {
+            mismatch("a lamp has a parallel texture; give it a perspective projection from light.position")
+        }
         Light::Point(_) | Light::Spot(_) => match projection.centre() {
             Some(centre) if at_the_lamp(light, centre) => Ok(()),
-            _ => mismatch(
-                "the glass is not centred at the lamp; build its texture's projection from light.position",
-            ),
+            _ => mismatch("the texture is not centred at the lamp; build its projection from light.position"),
         },
     }
 }
@@ -247,23 +245,23 @@ mod tests {
         MapProjection::perspective(position, forward, up, 1.0, 2).unwrap()
     }
 
-    /// What is said of a set-up with these maps and this glass; "" if it is accepted.
-    fn message(light: &Light, maps: Result<MapLayout, ModelError>, glass: Option<MapProjection>) -> String {
+    /// What is said of a set-up with these maps and this texture; "" if it is accepted.
+    fn message(light: &Light, maps: Result<MapLayout, ModelError>, texture: Option<MapProjection>) -> String {
         let camera = Camera::perspective([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], 60.0, [3, 2]).unwrap();
         let medium = Medium::homogeneous([0.1; 3], [0.0; 3], Phase::Isotropic).unwrap();
         let setup = maps.and_then(|maps| Setup::new(&camera, light, maps, &medium, 10.0));
-        let setup = setup.and_then(|setup| glass.map_or(Ok(setup), |glass| setup.with_texture(glass)));
+        let setup = setup.and_then(|setup| texture.map_or(Ok(setup), |texture| setup.with_texture(texture)));
         setup.err().map_or(String::new(), |error| error.to_string())
     }
 
     #[test]
-    fn glass_that_does_not_fit_its_light_is_refused_with_the_cure() {
-        let glass =
-            |light: &Light, glass: MapProjection| message(light, Ok(MapLayout::UNSHADOWED), Some(glass));
-        assert_eq!(glass(&sun(), parallel(DOWN)), "");
-        assert!(glass(&sun(), cone(LAMP, UP, DOWN)).contains("give its texture a parallel projection"));
+    fn a_texture_that_does_not_fit_its_light_is_refused_with_the_cure() {
+        let texture =
+            |light: &Light, texture: MapProjection| message(light, Ok(MapLayout::UNSHADOWED), Some(texture));
+        assert_eq!(texture(&sun(), parallel(DOWN)), "");
+        assert!(texture(&sun(), cone(LAMP, UP, DOWN)).contains("give it a parallel projection"));
         for forward in [[0.1, -1.0, 0.0], [0.0, 1.0, 0.0], [1e-4, -1.0, 0.0]] {
-            let message = glass(&sun(), parallel(forward));
+            let message = texture(&sun(), parallel(forward));
             assert!(
                 message.contains("does not look along") && message.contains("light.direction"),
                 "{message}"
@@ -272,16 +270,16 @@ mod tests {
         let point = Light::point(LAMP, [1.0; 3], 0.0).unwrap();
         for lamp in [&spot(), &point] {
             // Anywhere the lamp shines, not along its axis alone.
-            assert_eq!(glass(lamp, cone(LAMP, UP, [1.0, -1.0, 0.3])), "");
-            assert!(glass(lamp, parallel(DOWN)).contains("perspective projection from light.position"));
-            let message = glass(lamp, cone([1.0, 2.001, 3.0], UP, DOWN));
+            assert_eq!(texture(lamp, cone(LAMP, UP, [1.0, -1.0, 0.3])), "");
+            assert!(texture(lamp, parallel(DOWN)).contains("perspective projection from light.position"));
+            let message = texture(lamp, cone([1.0, 2.001, 3.0], UP, DOWN));
             assert!(
                 message.contains("not centred at the lamp") && message.contains("light.position"),
                 "{message}"
             );
         }
         // What f32 matrices round is allowed.
-        assert_eq!(glass(&spot(), cone([1.0, 2.0 + 1e-6, 3.0], UP, DOWN)), "");
+        assert_eq!(texture(&spot(), cone([1.0, 2.0 + 1e-6, 3.0], UP, DOWN)), "");
     }
 
     #[test]

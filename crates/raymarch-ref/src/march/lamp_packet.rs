@@ -17,7 +17,7 @@ use fearless_simd::u32x16;
 use scatter_core::{INV_4PI, Phase};
 
 use super::lanes::{LANES, Lanes, exp, hashed, load, sin_cos, splat, upper_angle};
-use super::lookups::{Glass, LampSamples, Visibility};
+use super::lookups::{LampSamples, TextureLookup, Visibility};
 
 /// Steps that are summed before they are added to the total: keeps f32 sums of 65,536 steps at 1e-5.
 const BLOCK: u32 = 128;
@@ -68,8 +68,8 @@ pub struct LampMarch<'a> {
     pub terms: &'a [PhaseTerm],
     /// The spot's cone.
     pub cone: Option<ConeLanes>,
-    /// Coloured glass; needs three channels.
-    pub glass: Option<Glass<'a>>,
+    /// The colour texture of the light; needs three channels.
+    pub texture: Option<TextureLookup<'a>>,
     /// Per-lane seeds of a jittered march.
     pub seeds: Option<[u32; LANES]>,
 }
@@ -141,8 +141,8 @@ pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize>(
                     *value *= exp(simd, (-depth).min(splat(simd, 0.0)));
                 }
             }
-            if let Some(glass) = march.glass {
-                for (value, colour) in values.iter_mut().zip(glass.colour(simd, sample)) {
+            if let Some(texture) = march.texture {
+                for (value, colour) in values.iter_mut().zip(texture.colour(simd, sample)) {
                     *value *= colour;
                 }
             }

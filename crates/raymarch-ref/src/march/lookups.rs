@@ -329,9 +329,9 @@ impl<S: Simd> Visibility<S> for CubeMap<'_> {
     }
 }
 
-/// Coloured glass.
+/// The colour texture of the light.
 #[derive(Clone, Copy)]
-pub struct Glass<'a> {
+pub struct TextureLookup<'a> {
     /// The colours.
     pub grid: Grid<'a, [f32; 3]>,
     /// Whether u and v are to be divided by depth.
@@ -340,7 +340,7 @@ pub struct Glass<'a> {
     pub lanes: &'a MapLanes,
 }
 
-impl Glass<'_> {
+impl TextureLookup<'_> {
     /// The colours at the samples, white outside of the texture.
     #[inline(always)]
     pub fn colour<S: Simd, P: Samples<S>>(&self, simd: S, samples: P) -> [Lanes<S>; 3] {

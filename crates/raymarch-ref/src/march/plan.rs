@@ -11,7 +11,8 @@ use super::angle_span::AngleSpan;
 use super::lamp_packet::{ConeLanes, LampMarch, PhaseTerm, march_lamp};
 use super::lanes::{LANES, mixed};
 use super::lookups::{
-    CascadeMaps, Clear, CubeMap, FaceMaps, Glass, Grid, MapLanes, ParallelMap, PerspectiveMap, Visibility,
+    CascadeMaps, Clear, CubeMap, FaceMaps, Grid, MapLanes, ParallelMap, PerspectiveMap, TextureLookup,
+    Visibility,
 };
 use super::options::{Distribution, Options};
 use super::packet::{Foot, Packet, Span, cube_lanes, lamp_lanes, sun_lanes};
@@ -84,7 +85,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Whether there is anything to march through: without shadow and glass the closed form is all.
+    /// Whether there is anything to march through: without shadow and texture the closed form is all.
     pub fn marches(&self) -> bool {
         self.casts_shadow || self.frame.texture().is_some()
     }
@@ -148,7 +149,7 @@ impl<'a> Plan<'a> {
         // A medium that scatters nothing has no reach; any finite one will do.
         let spans = packet.ends.map(|end| Span { start: 0.0, end: end.min(reach).min(f64::MAX) });
         let sigma_t = frame.medium().sigma_t();
-        let glass_lanes = frame
+        let texture_lanes = frame
             .texture()
             .map(|texture| sun_lanes(texture.projection(), eye, &packet.rays, &spans, self.steps).0);
         let march = SunMarch {
@@ -156,7 +157,7 @@ impl<'a> Plan<'a> {
             step_depth: sigma_t.map(|sigma| {
                 spans.map(|span| if sigma > 0.0 { sigma * (span.end / f64::from(self.steps)) } else { 0.0 })
             }),
-            glass: self.glass(glass_lanes.as_ref()),
+            texture: self.texture(texture_lanes.as_ref()),
             seeds: self.seeds(packet),
         };
         let lanes_in = |layer: &scatter_core::ShadowLayer<'_>| {
@@ -197,7 +198,7 @@ impl<'a> Plan<'a> {
         march: &SunMarch<'_>,
         visibility: V,
     ) -> [[f32; LANES]; 3] {
-        let plain = march.glass.is_none() && march.seeds.is_none();
+        let plain = march.texture.is_none() && march.seeds.is_none();
         simd.vectorize(
             #[inline(always)]
             || match (self.one_channel, plain) {
@@ -209,14 +210,14 @@ impl<'a> Plan<'a> {
         )
     }
 
-    fn glass<'b>(&self, lanes: Option<&'b MapLanes>) -> Option<Glass<'b>>
+    fn texture<'b>(&self, lanes: Option<&'b MapLanes>) -> Option<TextureLookup<'b>>
     where
         'a: 'b,
     {
         let (texture, lanes) = (self.frame.texture()?, lanes?);
         let projection = texture.projection();
         let grid = Grid::new(texture.texels(), projection.size());
-        Some(Glass { grid, perspective: projection.is_perspective(), lanes })
+        Some(TextureLookup { grid, perspective: projection.is_perspective(), lanes })
     }
 
     #[inline(always)]
@@ -246,7 +247,7 @@ impl<'a> Plan<'a> {
                 cos_outer: spot.cos_outer() as f32,
                 slope: spot.cone_slope() as f32,
             }),
-            glass: None,
+            texture: None,
             seeds: self.seeds(packet),
         };
         let (mut feet, mut spans) = ([Foot::default(); LANES], [Span::default(); LANES]);
@@ -281,10 +282,10 @@ impl<'a> Plan<'a> {
                 march.depth_of_distance[channel][lane] = (sigma * h) as f32;
             }
         }
-        let glass_lanes = frame
+        let texture_lanes = frame
             .texture()
             .map(|texture| lamp_lanes(texture.projection(), eye, &packet.rays, &feet, &spans).0);
-        march.glass = self.glass(glass_lanes.as_ref());
+        march.texture = self.texture(texture_lanes.as_ref());
         let sums = match frame.shadow() {
             ShadowMap::Perspective(layer) if self.casts_shadow => {
                 let grid = Grid::new(layer.texels(), layer.projection().size());

@@ -9,7 +9,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::u32x16;
 
 use super::lanes::{LANES, Lanes, hashed, one_where, splat};
-use super::lookups::{Glass, SunSamples, Visibility};
+use super::lookups::{SunSamples, TextureLookup, Visibility};
 
 /// Steps that are summed before they are scaled as one: keeps the error of rounding r at 64·2⁻²⁵ a block.
 const BLOCK: u32 = 64;
@@ -21,15 +21,15 @@ pub struct SunMarch<'a> {
     pub steps: u32,
     /// Per channel and lane `σ·Δ`, the optical depth of a step.
     pub step_depth: [[f64; LANES]; 3],
-    /// Coloured glass; needs three channels.
-    pub glass: Option<Glass<'a>>,
+    /// The colour texture of the light; needs three channels.
+    pub texture: Option<TextureLookup<'a>>,
     /// Per-lane seeds of a jittered march.
     pub seeds: Option<[u32; LANES]>,
 }
 
 /// The shares of all lanes, per channel; channels beyond `CHANNELS` repeat the first.
 ///
-/// `PLAIN`: neither glass nor jitter.
+/// `PLAIN`: neither texture nor jitter.
 #[inline(always)]
 pub fn march_sun<S: Simd, V: Visibility<S>, const CHANNELS: usize, const PLAIN: bool>(
     simd: S,
@@ -57,9 +57,9 @@ pub fn march_sun<S: Simd, V: Visibility<S>, const CHANNELS: usize, const PLAIN: 
             };
             let samples = SunSamples { index: middle };
             let lit = one_where(simd, visibility.lit(simd, samples));
-            match march.glass {
-                Some(glass) if !PLAIN => {
-                    let colour = glass.colour(simd, samples);
+            match march.texture {
+                Some(texture) if !PLAIN => {
+                    let colour = texture.colour(simd, samples);
                     for channel in 0..CHANNELS {
                         block[channel] = block[channel].mul_add(rate[channel], lit * colour[channel]);
                     }

@@ -9,7 +9,7 @@ use crate::map_projection::MapProjection;
 /// All that the model has today, by name.
 const ALL: Capabilities = Capabilities {
     lights: LightKind::ALL,
-    glass: LightKind::ALL,
+    textures: LightKind::ALL,
     maps: MapKind::ALL,
     cameras: CameraKind::ALL,
     extinctions: ExtinctionKind::ALL,
@@ -123,15 +123,15 @@ fn limits_are_for_the_light_that_they_name_and_hold_up_to_their_value() {
 }
 
 #[test]
-fn glass_is_refused_by_the_kind_of_its_light() {
+fn a_texture_is_refused_by_the_kind_of_its_light() {
     let (camera, medium) = (&cameras()[0], lobe(0.0, [0.0; 3]));
     let (sun, maps) = &lights()[0];
     let projection = MapProjection::orthographic([0.0; 3], [0.0, -1.0, 0.0], UP, [5.0; 2], [8, 8]).unwrap();
     let setup = Setup::new(camera, sun, *maps, &medium, 9.0).unwrap().with_texture(projection).unwrap();
-    assert!(Capabilities { glass: &[LightKind::Directional], ..ALL }.check_setup(&setup).is_ok());
-    let spots = Capabilities { glass: &[LightKind::Spot], ..ALL }.check_setup(&setup).unwrap_err();
-    assert_eq!(spots.reason, "a directional light with coloured glass; give it without, or a spot light");
-    assert!(Capabilities { glass: &[], ..ALL }.check_setup(&setup).is_err());
+    assert!(Capabilities { textures: &[LightKind::Directional], ..ALL }.check_setup(&setup).is_ok());
+    let spots = Capabilities { textures: &[LightKind::Spot], ..ALL }.check_setup(&setup).unwrap_err();
+    assert_eq!(spots.reason, "a directional light with a colour texture; give it without, or a spot light");
+    assert!(Capabilities { textures: &[], ..ALL }.check_setup(&setup).is_err());
 }
 
 #[test]

@@ -56,7 +56,7 @@ pub struct RaycastTruth<'a> {
 /// Every light, medium and camera of the model; no map is read.
 const CAPABILITIES: Capabilities = Capabilities {
     lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
-    glass: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    textures: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
     maps: &[
         MapKind::Unshadowed,
         MapKind::Orthographic,

@@ -66,7 +66,7 @@ pub(super) static INFO: TechniqueInfo = TechniqueInfo::of_reference(
     "lit stretches of the exact walk, integrated by the midpoint rule",
     Capabilities {
         lights: &[LightKind::Directional, LightKind::Point],
-        glass: &[],
+        textures: &[],
         ..ShadowMapWalk::CAPABILITIES
     },
 );
