@@ -129,9 +129,7 @@ mod tests {
             first_holders(&spans, |owner, [from, to]| {
                 assert!(from >= before && to > from, "in order, none empty");
                 before = to;
-                for place in from as usize..to as usize {
-                    owners[place] = Some(owner);
-                }
+                owners[from as usize..to as usize].fill(Some(owner));
             });
             for (place, owner) in owners.into_iter().enumerate() {
                 let middle = place as f64 + 0.5;
