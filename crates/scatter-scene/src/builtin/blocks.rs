@@ -94,6 +94,17 @@ impl Blocks {
     }
 }
 
+impl Mesh {
+    /// Adds a box with the given corners: closed, 12 triangles.
+    pub(crate) fn add_box(&mut self, low: DVec3, high: DVec3) {
+        let corner = |[i, j, k]: [usize; 3]| {
+            let pick = |index: usize, low: f64, high: f64| if index == 0 { low } else { high };
+            DVec3::new(pick(i, low.x, high.x), pick(j, low.y, high.y), pick(k, low.z, high.z))
+        };
+        Blocks::new([1, 1, 1]).add_to(self, |_| true, corner);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::mesh::tests::{assert_closed, assert_volume, volume};

@@ -15,6 +15,12 @@ const SIZE: [u32; 2] = [480, 144];
 const CENTRE: DVec3 = DVec3::new(0.0, 5.0, 6.3);
 const HALF_EXTENTS: [f64; 2] = [15.0, 4.5];
 
+/// Windows: two lancets a bay on either side of a mullion \[m\].
+pub(super) const LANCET: f64 = 0.65;
+pub(super) const MULLION: f64 = 0.3;
+/// Distance of a lancet's middle from the bay's.
+const LANCET_MIDDLE: f64 = (MULLION + LANCET) / 2.0;
+
 /// The way the light travels in the shot file.
 const DIR_FROM_SUN: DVec3 = DVec3::new(-0.2, -0.58, -0.78);
 
@@ -60,7 +66,7 @@ fn glass(x: f64, y: f64) -> [u8; 3] {
     let half_bay = (x / 2.0).floor();
     // Distance from the lancet's own middle, which is closer to the bay's middle than to its border.
     let is_left = half_bay.rem_euclid(2.0) == 0.0;
-    let middle = if is_left { 2.0 - super::nave::LANCET_MIDDLE } else { super::nave::LANCET_MIDDLE };
+    let middle = if is_left { 2.0 - LANCET_MIDDLE } else { LANCET_MIDDLE };
     let from_middle = x - 2.0 * half_bay - middle;
 
     let number = half_bay as i64 + 64;
@@ -117,7 +123,7 @@ mod tests {
         .unwrap();
         let texture = LightTexture::new(projection, &texels).unwrap();
         for bay in 0..8 {
-            for middle in [-super::super::nave::LANCET_MIDDLE, super::super::nave::LANCET_MIDDLE] {
+            for middle in [-LANCET_MIDDLE, LANCET_MIDDLE] {
                 for medallion in 0..6 {
                     let x = -14.0 + 4.0 * f64::from(bay) + middle;
                     let y = 2.2 + 0.8 * (f64::from(medallion) + 0.5);

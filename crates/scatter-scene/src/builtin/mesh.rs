@@ -64,15 +64,6 @@ impl Mesh {
         self.triangle([a, c, d]);
     }
 
-    /// Adds a box with the given corners: closed, 12 triangles.
-    pub(crate) fn add_box(&mut self, low: DVec3, high: DVec3) {
-        let corner = |[i, j, k]: [usize; 3]| {
-            let pick = |index: usize, low: f64, high: f64| if index == 0 { low } else { high };
-            DVec3::new(pick(i, low.x, high.x), pick(j, low.y, high.y), pick(k, low.z, high.z))
-        };
-        super::blocks::Blocks::new([1, 1, 1]).add_to(self, |_| true, corner);
-    }
-
     /// Adds a closed surface of revolution about the y axis through `foot`: `profile` lists (radius, height)
     /// from the lower end to the upper, `sides` flat faces around.
     pub(crate) fn add_lathe(&mut self, foot: DVec3, profile: &[(f64, f64)], sides: usize) {

@@ -4,6 +4,7 @@
 //! closed, with walls of finite thickness, so that no light leaks in. Columns and ribs are instances.
 
 use super::blocks::Blocks;
+use super::glass::{LANCET, MULLION, png_bytes};
 use super::glb_writer::{GlbScene, Node};
 use super::mesh::Mesh;
 use super::shot::BuiltinShot;
@@ -43,7 +44,7 @@ g = 0.4
 "#,
     mesh_extension: "glb",
     mesh_bytes,
-    others: &[("nave-glass.png", super::glass::png_bytes)],
+    others: &[("nave-glass.png", png_bytes)],
 };
 
 /// Bays along the hall, and their length \[m\].
@@ -53,11 +54,7 @@ const BAY: f64 = 4.0;
 const HALF_LENGTH: f64 = 16.0;
 const HALF_WIDTH: f64 = 6.0;
 const WALL: f64 = 0.6;
-/// Windows: two lancets a bay on either side of a mullion \[m\].
-const LANCET: f64 = 0.65;
-const MULLION: f64 = 0.3;
-/// Distance of a lancet's middle from the bay's.
-pub(super) const LANCET_MIDDLE: f64 = (MULLION + LANCET) / 2.0;
+/// Windows \[m\].
 const SILL: f64 = 2.2;
 const WINDOW_SPRING: f64 = 6.6;
 /// The vault: a circular arc that springs at this height at the walls and rises by `VAULT_RISE` \[m\].

@@ -11,6 +11,7 @@ mod scene_caster;
 mod weld;
 
 pub(crate) use bvh::{Bvh, F32_ROUNDING, Node, Pending};
+#[cfg(feature = "raster")]
 pub(crate) use cards::Cards;
 pub use error::CasterError;
 #[cfg(feature = "raster")]
