@@ -88,7 +88,7 @@ const WEDGE: f64 = 1e-3;
 /// each, and takes a hundredth of a second.
 const MOST_TEXELS: f64 = 4_194_304.0;
 /// Rays of a wedge below which each walks alone, and above which it is cut, for the threads.
-const SHARED_BY: [usize; 2] = [16, 1024];
+const SHARED_BY: [usize; 2] = [16, 4096];
 
 impl<'a> RaycastTruth<'a> {
     /// The truth of this scene.
