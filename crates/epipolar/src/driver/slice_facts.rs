@@ -39,7 +39,7 @@ pub struct SliceFacts {
 impl SliceFacts {
     /// Samples a frame that a perspective camera sees; the time is the stage `slice-facts` of `stats`.
     ///
-    /// One pass over the shadow map for its tiles, and 64 rows: at 4096² about a tenth of a preview. Allocates its buffers:
+    /// One pass over the shadow map for its tiles, and 64 rows. Allocates its buffers:
     /// it is for choosing a technique, not for every frame.
     pub fn of(frame: &Frame<'_>, stats: &mut RenderStats) -> Self {
         let mut clock = StageClock::start();
