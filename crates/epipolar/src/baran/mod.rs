@@ -6,6 +6,7 @@
 mod bands;
 mod direct;
 mod factor;
+mod fog;
 mod integrand;
 mod integrator;
 mod settings;
