@@ -101,8 +101,7 @@ impl SliceIntegrator for Baran {
     }
 
     fn is_accurate(&self) -> bool {
-        self.fog.is_some()
-            || self.integrand.lamp_error() <= self.settings.factor_error.max(WORST_LAMP_ERROR)
+        self.fog.is_some() || self.integrand.lamp_error() <= self.settings.factor_error.max(WORST_LAMP_ERROR)
     }
 
     fn reads_tiles(&self) -> bool {
@@ -144,7 +143,8 @@ impl SliceIntegrator for Baran {
         }
         let starts = if texture.is_some() { scratch.textured.starts() } else { scratch.row.starts() };
         // In height fog rays may be endless; behind the start of the last run there is nothing to be found.
-        let reach = if self.fog.is_some() { slice.reach().min(starts[starts.len() - 2]) } else { slice.reach() };
+        let reach =
+            if self.fog.is_some() { slice.reach().min(starts[starts.len() - 2]) } else { slice.reach() };
         scratch.index.fill(starts, reach, queries.len());
         scratch.index.find(starts, queries.gammas(), &mut scratch.query_runs);
         scratch.counts.runs += starts.len() as u64 - 1;
@@ -152,7 +152,8 @@ impl SliceIntegrator for Baran {
             let BaranScratch { row, textured, query_runs, fog: sums, .. } = scratch;
             let colours = texture.map(|_| &*textured);
             let (starts, lit) = colours.map_or((row.starts(), row.lit()), |row| (row.starts(), row.lit()));
-            sums.sum(fog, slice, LitRuns { starts, lit, ends: query_runs, colours }, queries);
+            let ends = &query_runs[..queries.len()];
+            sums.sum(fog, slice, LitRuns { starts, lit, ends, colours }, queries);
         } else {
             for factors in 0..self.integrand.channels() {
                 self.sum_bands(factors, slice, queries, scratch);

@@ -10,9 +10,12 @@ use crate::rows::TexturedRow;
 /// Edges that are evaluated side by side, at least: few stay in the innermost cache, many make long loops.
 const BATCH: usize = 1024;
 
-/// Scale heights that a ray may descend: f32 knows the exponent there to 2.4e-4, which is what density is off by. Pixels that
-/// see deeper into denser fog are left to be walked, in f64.
+/// Scale heights that a ray may descend through thin air: f32 knows the exponent there to 2.4e-4, which is what density is off
+/// by. Pixels that look deeper before they see fog are left to be walked, in f64.
 const DEEPEST: f32 = 4096.0;
+
+/// Logarithm of an extinction that leaves no light, over however short a stretch of what f32 holds.
+const LN_OPAQUE: f32 = 200.0;
 
 /// Logarithm of an optical depth from which on light is lost in proportion to it: to 3e-14.
 const LN_THIN: f32 = -30.0;
@@ -133,7 +136,13 @@ impl ExactScratch {
     ///
     /// O(runs + edges that change + edges of all queries) closed forms; with a texture O(runs · queries).
     #[inline(always)]
-    pub fn sum(&mut self, fog: &HeightFog, slice: &SliceView<'_>, runs: LitRuns<'_>, queries: &mut SliceQueries) {
+    pub fn sum(
+        &mut self,
+        fog: &HeightFog,
+        slice: &SliceView<'_>,
+        runs: LitRuns<'_>,
+        queries: &mut SliceQueries,
+    ) {
         let count = queries.len();
         if count == 0 {
             return;
@@ -150,14 +159,16 @@ impl ExactScratch {
             None => self.sum_edges(fog, slice, runs, queries),
             Some(colours) => self.sum_coloured(fog, slice, (runs, colours), queries),
         }
-        // Slopes and light rays have the sign of a descent where their product is negative.
+        if in_slice.ln_extinction + DEEPEST > LN_OPAQUE {
+            return;
+        }
         for channel in 0..if runs.colours.is_some() { 3 } else { fog.channels() } {
             let open = queries.open(0..count);
             let mut too_deep = 0;
             for ((share, &slope), &gamma) in
                 open.shares[channel].iter_mut().zip(&self.rays.slopes).zip(open.gammas)
             {
-                let deep = -slope * gamma > DEEPEST;
+                let deep = ln_densest(slope, gamma) > DEEPEST;
                 *share = if deep { EMPTY } else { *share };
                 too_deep += u64::from(deep);
             }
@@ -166,7 +177,13 @@ impl ExactScratch {
     }
 
     #[inline(always)]
-    fn sum_edges(&mut self, fog: &HeightFog, slice: &SliceView<'_>, runs: LitRuns<'_>, queries: &mut SliceQueries) {
+    fn sum_edges(
+        &mut self,
+        fog: &HeightFog,
+        slice: &SliceView<'_>,
+        runs: LitRuns<'_>,
+        queries: &mut SliceQueries,
+    ) {
         let order = slice.order;
         let open = queries.open(0..queries.len());
         let count = open.columns.len();
