@@ -9,6 +9,9 @@
 //! steps are not spent in the dark and endless rays can be marched.
 
 mod angle_span;
+mod fog_lamp_lanes;
+mod fog_sun_packet;
+mod fog_window;
 mod lamp_packet;
 mod lanes;
 mod lookups;
@@ -37,7 +40,6 @@ pub(crate) const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 17.0;
 
 /// All of the model. Texel indices are u32, over the six faces of a cube together.
 pub(crate) const CAPABILITIES: Capabilities = Capabilities {
-    height_fog: &[],
     limits: Limits { layer_texels: u32::MAX as u64 / 6, ..crate::EVERYTHING.limits },
     ..crate::EVERYTHING
 };

@@ -28,6 +28,7 @@ mod scene_facts;
 
 mod capabilities;
 
+mod fog_lamp;
 mod fog_lanes;
 mod lamp_interval;
 mod lamp_interval_f32;

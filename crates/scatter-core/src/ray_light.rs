@@ -6,9 +6,10 @@
 use glam::DVec3;
 
 use crate::camera::ViewRay;
+use crate::fog_lamp::FogLampIntegral;
 use crate::fog_ray::FogRay;
-use crate::lamp_interval::{LampIntegral, LampRay};
-use crate::light::Light;
+use crate::lamp_interval::{ConeOnRay, LampIntegral, LampRay};
+use crate::light::{Light, PointLight};
 use crate::medium::Medium;
 use crate::sun_interval::sun_interval;
 
@@ -37,6 +38,11 @@ enum Kind<'a> {
         intensity: DVec3,
         integral: LampIntegral<'a>,
     },
+    /// A lamp in height fog.
+    FogLamp {
+        intensity: DVec3,
+        integral: FogLampIntegral<'a>,
+    },
 }
 
 impl<'a> RayLight<'a> {
@@ -54,23 +60,34 @@ impl<'a> RayLight<'a> {
                     Some(fog) => Kind::FogSun { source, sigma_t, grey, fog },
                 }
             }
-            Light::Point(lamp) => {
-                let relative = lamp.position() - eye;
-                let lamp_ray = LampRay::new(ray.origin, direction, relative, lamp.radius());
-                Kind::Lamp {
-                    intensity: lamp.intensity().into(),
-                    integral: LampIntegral::point(lamp_ray, medium),
-                }
-            }
-            Light::Spot(spot) => {
-                let lamp = spot.lamp();
-                let relative = lamp.position() - eye;
-                let lamp_ray = LampRay::new(ray.origin, direction, relative, lamp.radius());
-                let integral = LampIntegral::spot(lamp_ray, medium, spot, ray.origin, direction, relative);
-                Kind::Lamp { intensity: lamp.intensity().into(), integral }
-            }
+            Light::Point(lamp) => Self::lamp(lamp, medium, eye, ray, |_, _| None),
+            Light::Spot(spot) => Self::lamp(spot.lamp(), medium, eye, ray, |lamp_ray, relative| {
+                Some(ConeOnRay::new(spot, lamp_ray, ray.origin, direction, relative))
+            }),
         };
         Self { kind }
+    }
+
+    fn lamp(
+        lamp: &PointLight,
+        medium: &'a Medium,
+        eye: DVec3,
+        ray: &ViewRay,
+        cone: impl Fn(LampRay, DVec3) -> Option<ConeOnRay>,
+    ) -> Kind<'a> {
+        let relative = lamp.position() - eye;
+        let lamp_ray = LampRay::new(ray.origin, ray.direction, relative, lamp.radius());
+        let cone = cone(lamp_ray, relative);
+        let intensity = lamp.intensity().into();
+        match medium.height_falloff() {
+            None => Kind::Lamp { intensity, integral: LampIntegral::with_cone(lamp_ray, cone, medium) },
+            Some(falloff) => {
+                let fog = FogRay::new(falloff, eye, ray);
+                let at_lamp = falloff.log_density(eye, relative);
+                let integral = FogLampIntegral::new(lamp_ray, cone, medium, fog, at_lamp);
+                Kind::FogLamp { intensity, integral }
+            }
+        }
     }
 
     /// In-scattered RGB radiance \[W/(m²·sr)\] of the lit interval `[a, b]`, 0 ≤ a ≤ b ≤ ∞.
@@ -87,6 +104,7 @@ impl<'a> RayLight<'a> {
                 *source * DVec3::from(sigma_t.to_array().map(|sigma| finite(fog.sun_interval(sigma, a, b))))
             }
             Kind::Lamp { intensity, integral } => *intensity * integral.interval(a, b),
+            Kind::FogLamp { intensity, integral } => *intensity * integral.interval(a, b),
         }
     }
 }

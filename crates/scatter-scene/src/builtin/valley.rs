@@ -41,7 +41,7 @@ g = 0.4
 const HALF_SIDE: f64 = 1300.0;
 const CELLS: usize = 742;
 
-fn mesh_bytes() -> Vec<u8> {
+pub(super) fn mesh_bytes() -> Vec<u8> {
     let mut scene = GlbScene::default();
     let side = [HALF_SIDE, HALF_SIDE];
     scene.add_mesh_node("terrain", sheet(side.map(|half| -half), side, [CELLS; 2], height));
