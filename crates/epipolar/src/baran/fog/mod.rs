@@ -24,6 +24,8 @@
 mod absorption;
 mod exact_sums;
 mod lit_edges;
+#[cfg(test)]
+mod rank;
 
 pub use absorption::HeightFog;
 pub use exact_sums::{ExactScratch, LitRuns};
