@@ -213,5 +213,6 @@ fn extremes_of_fog_are_the_walk_and_never_nan() {
         }
     }
     println!("{count} cases; worst {worst:.1e}: {worst_name}");
-    assert!(worst < 1e-3, "{worst}: {worst_name}");
+    // As above, with exponents of a few hundred scale heights: their roundings are ten times as large.
+    assert!(count > 100 && worst < 3e-4, "{worst}: {worst_name}");
 }

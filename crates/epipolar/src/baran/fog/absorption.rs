@@ -91,6 +91,18 @@ pub fn length_at_densest(cosecant: f32, slope: f32, gamma: f32) -> f32 {
     gamma * cosecant * absorbed_over(x)
 }
 
+/// Optical depth up to the light ray γ, wherever the eye is and however steeply the ray descends: relative to its denser end.
+#[inline(always)]
+pub fn steep_depth(cosecant: f32, slope: f32, ln_extinction: f32, gamma: f32) -> f32 {
+    length_at_densest(cosecant, slope, gamma) * exp_f32(ln_extinction + ln_densest(slope, gamma))
+}
+
+/// The same by an exponential less, where neither the extinction over sin β at the eye, `factor`, nor `e^{−s·γ}` leaves f32.
+#[inline(always)]
+pub fn mild_depth(factor: f32, slope: f32, gamma: f32) -> f32 {
+    factor * (gamma * absorbed_over(slope * gamma))
+}
+
 /// `1 − e^{−τ}` to a few roundings of f32, τ ≥ 0, also where it is tiny or infinite.
 #[inline(always)]
 pub fn absorbed(depth: f32) -> f32 {
@@ -99,14 +111,14 @@ pub fn absorbed(depth: f32) -> f32 {
     if depth < 0.5 { thin } else { thick }
 }
 
-/// `φ(x) = (1 − e^{−x})/x`, x ≥ 0, φ(0) = 1.
+/// `φ(x) = (1 − e^{−x})/x`, x ≥ −80, φ(0) = 1.
 #[inline(always)]
 fn absorbed_over(x: f32) -> f32 {
     let thick = (1.0 - exp_f32(-x)) / x;
-    if x < 0.5 { absorbed_series(x) } else { thick }
+    if x.abs() < 0.5 { absorbed_series(x) } else { thick }
 }
 
-/// φ by its series: below ½ the first term left out is x⁸/9! < 1.1e-8.
+/// φ by its series: between −½ and ½ the first term left out is x⁸/9! < 1.1e-8.
 #[inline(always)]
 fn absorbed_series(x: f32) -> f32 {
     let mut series = -1.0f32 / 40320.0;

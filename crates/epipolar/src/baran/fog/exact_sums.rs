@@ -2,7 +2,9 @@
 
 use scatter_core::exp_f32;
 
-use super::absorption::{FogInSlice, HeightFog, absorbed, length_at_densest, ln_densest};
+use super::absorption::{
+    FogInSlice, HeightFog, absorbed, length_at_densest, ln_densest, mild_depth, steep_depth,
+};
 use super::lit_edges::LitEdges;
 use crate::driver::{EMPTY, SliceQueries, SliceView};
 use crate::rows::TexturedRow;
@@ -20,22 +22,27 @@ const LN_OPAQUE: f32 = 200.0;
 /// Logarithm of an optical depth from which on light is lost in proportion to it: to 3e-14.
 const LN_THIN: f32 = -30.0;
 
+/// Scale heights that mild rays descend, and logarithms of their extinction: products of their exponentials stay within f32.
+const MILD: [f32; 2] = [20.0, 50.0];
+
 /// The rays of a slice's queries, by the fog along them.
 #[derive(Debug, Default)]
 struct FogRays {
-    /// 1/sin β of each.
-    cosecants: Vec<f32>,
+    /// 1/sin β of each; of mild rays times the extinction at the eye.
+    factors: Vec<f32>,
     /// `−d(ln ρ)/dγ`.
     slopes: Vec<f32>,
     /// `ln σt·ρ(eye)`; of thin rays larger: light is lost in proportion, and f32 holds no 1e-39.
     ln_extinctions: Vec<f32>,
     /// Optical depth to the end.
     depths: Vec<f32>,
+    /// Whether no ray comes near the limits of f32: each depth is an exponential cheaper.
+    are_mild: bool,
 }
 
 impl FogRays {
     fn reserve(&mut self, count: usize) {
-        for list in [&mut self.cosecants, &mut self.slopes, &mut self.ln_extinctions, &mut self.depths] {
+        for list in [&mut self.factors, &mut self.slopes, &mut self.ln_extinctions, &mut self.depths] {
             list.resize(count.max(list.len()), 0.0);
         }
     }
@@ -45,12 +52,12 @@ impl FogRays {
     fn fill(&mut self, fog: &FogInSlice, slice: &SliceView<'_>, columns: &[u32], gammas: &[f32]) {
         self.reserve(columns.len());
         let (sines, cosines) = (slice.sines(), slice.cosines());
-        let rays = self.cosecants.iter_mut().zip(&mut self.slopes).zip(columns);
+        let rays = self.factors.iter_mut().zip(&mut self.slopes).zip(columns);
         for ((cosecant, slope), &column) in rays {
             *cosecant = 1.0 / sines[column as usize];
             *slope = cosines[column as usize];
         }
-        let rays = self.cosecants.iter().zip(&mut self.slopes);
+        let rays = self.factors.iter().zip(&mut self.slopes);
         let rays = rays.zip(self.ln_extinctions.iter_mut().zip(&mut self.depths)).zip(gammas);
         for (((&cosecant, slope), (ln_extinction, depth)), &gamma) in rays {
             *slope = fog.slope(cosecant, *slope);
@@ -61,6 +68,40 @@ impl FogRays {
             *ln_extinction = fog.ln_extinction + lift;
             *depth = length * exp_f32(ln_at_densest + lift);
         }
+        let [deepest, largest] = MILD;
+        let mut are_mild = true;
+        for ((&slope, &ln_extinction), &gamma) in self.slopes.iter().zip(&self.ln_extinctions).zip(gammas) {
+            are_mild &= (-slope * gamma < deepest) & (ln_extinction.abs() < largest);
+        }
+        self.are_mild = are_mild;
+        if are_mild {
+            let rays = self.factors.iter_mut().zip(&self.slopes);
+            let rays = rays.zip(self.ln_extinctions.iter().zip(&mut self.depths)).zip(gammas);
+            for (((factor, &slope), (&ln_extinction, depth)), &gamma) in rays {
+                *factor *= exp_f32(ln_extinction);
+                *depth = mild_depth(*factor, slope, gamma);
+            }
+        }
+    }
+
+    /// A query's edge.
+    #[inline(always)]
+    fn edge(&self, query: usize, gamma: f32) -> Edge {
+        [gamma, self.factors[query], self.slopes[query], self.ln_extinctions[query]]
+    }
+
+    /// Optical depths up to edges.
+    #[inline(always)]
+    fn find_depths(&self, edges: &[Edge], depths: &mut [f32]) {
+        if self.are_mild {
+            for (depth, &[gamma, factor, slope, _]) in depths.iter_mut().zip(edges) {
+                *depth = mild_depth(factor, slope, gamma);
+            }
+        } else {
+            for (depth, &[gamma, cosecant, slope, ln_extinction]) in depths.iter_mut().zip(edges) {
+                *depth = steep_depth(cosecant, slope, ln_extinction, gamma);
+            }
+        }
     }
 }
 
@@ -70,7 +111,7 @@ fn ln_below(number: f32) -> f32 {
     ((number.to_bits() >> 23) as i32 - 127) as f32 * std::f32::consts::LN_2
 }
 
-/// An edge of a query's ray: its light ray, and 1/sin β, slope and logarithm of the extinction of the query.
+/// An edge of a query's ray: its light ray, and factor, slope and logarithm of the extinction of the query.
 type Edge = [f32; 4];
 
 /// Buffers of a worker.
@@ -127,7 +168,7 @@ impl ExactScratch {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        let rays = [&self.rays.cosecants, &self.rays.slopes, &self.rays.ln_extinctions, &self.rays.depths];
+        let rays = [&self.rays.factors, &self.rays.slopes, &self.rays.ln_extinctions, &self.rays.depths];
         let floats = rays.into_iter().chain([&self.depths, &self.losses]).map(Vec::capacity).sum::<usize>();
         4 * floats + 16 * self.batch.capacity() + 8 * self.batched.capacity() + self.edges.memory_bytes()
     }
@@ -197,16 +238,17 @@ impl ExactScratch {
         for step in 0..count {
             let query = if order.ascending { count - 1 - step } else { step };
             edges.advance((rank(query) - first) as usize);
-            let [cosecant, slope, ln_extinction] =
-                [rays.cosecants[query], rays.slopes[query], rays.ln_extinctions[query]];
+            let mut edge_of_query = rays.edge(query, 0.0);
             let mut is_lit = false;
             edges.up_to(runs.ends[query] as usize, |edge| {
-                batch[filled] = [runs.starts[edge], cosecant, slope, ln_extinction];
+                edge_of_query[0] = runs.starts[edge];
+                batch[filled] = edge_of_query;
                 // No light is lost up to the eye.
                 filled += usize::from(edge > 0);
                 is_lit = !is_lit;
             });
-            batch[filled] = [open.gammas[query], cosecant, slope, ln_extinction];
+            edge_of_query[0] = open.gammas[query];
+            batch[filled] = edge_of_query;
             filled += usize::from(is_lit);
             batched[asked] = [query as u32, filled as u32];
             asked += 1;
@@ -215,10 +257,7 @@ impl ExactScratch {
             }
             counts.edges += filled as u64;
             let (depths, losses) = (&mut depths[..filled], &mut losses[..filled]);
-            for (depth, &[gamma, cosecant, slope, ln_extinction]) in depths.iter_mut().zip(&batch[..filled]) {
-                *depth = length_at_densest(cosecant, slope, gamma)
-                    * exp_f32(ln_extinction + ln_densest(slope, gamma));
-            }
+            rays.find_depths(&batch[..filled], depths);
             for channel in 0..fog.channels() {
                 let relative = fog.relative(channel);
                 for (loss, &depth) in losses.iter_mut().zip(&*depths) {
@@ -262,18 +301,16 @@ impl ExactScratch {
         for (query, (&column, &gamma)) in open.columns.iter().zip(open.gammas).enumerate() {
             let rank = order.rank(order.columns[0] + column);
             let end = runs.ends[query] as usize;
-            let Self { rays, depths, losses, counts, .. } = self;
+            let Self { rays, batch, depths, losses, counts, .. } = self;
             counts.edges += end as u64 + 1;
-            let (depths, losses) = (&mut depths[..end + 2], &mut losses[..end + 2]);
-            let [cosecant, slope, ln_extinction] =
-                [rays.cosecants[query], rays.slopes[query], rays.ln_extinctions[query]];
-            depths[..=end].copy_from_slice(&runs.starts[..=end]);
-            depths[end + 1] = gamma;
-            for depth in &mut *depths {
-                let gamma = *depth;
-                *depth = length_at_densest(cosecant, slope, gamma)
-                    * exp_f32(ln_extinction + ln_densest(slope, gamma));
+            let (batch, depths, losses) =
+                (&mut batch[..end + 2], &mut depths[..end + 2], &mut losses[..end + 2]);
+            let own = rays.edge(query, gamma);
+            batch.fill(own);
+            for (edge, &start) in batch.iter_mut().zip(&runs.starts[..=end]) {
+                edge[0] = start;
             }
+            rays.find_depths(batch, depths);
             for channel in 0..3 {
                 let relative = if fog.channels() == 1 { 1.0 } else { fog.relative(channel) };
                 for (loss, &depth) in losses.iter_mut().zip(&*depths) {
