@@ -79,11 +79,7 @@ enum Air<'a> {
     /// Anything.
     Mixed(Mixed<'a>),
     /// Height fog: the exact form, ray by ray.
-    Fog {
-        light: Light,
-        medium: &'a Medium,
-        eye: DVec3,
-    },
+    Fog { light: Light, medium: &'a Medium, eye: DVec3 },
 }
 
 impl<'a> LampIntegralF32<'a> {
