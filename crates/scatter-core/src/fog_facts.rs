@@ -96,6 +96,68 @@ fn extreme_rays(setup: &Setup<'_>, falloff: &HeightFalloff) -> [(f64, f64); 4] {
     let slope = |angle: f64| (angle.cos() / falloff.scale_height()).clamp(-f64::MAX, f64::MAX);
     let steepest = slope((angle - farthest).max(0.0));
     let deepest = slope((angle + farthest).min(std::f64::consts::PI));
-    // The thickest way lies between them where the eye is in the densest fog it sees, never beyond.
+    // Optical depths fall with the slope, so the deepest way is the thickest.
     [(start, steepest), (start, deepest), (start, steepest), (start, deepest)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Camera;
+    use crate::depth_map::DepthMap;
+    use crate::light::Light;
+    use crate::medium::Medium;
+    use crate::phase::Phase;
+    use crate::scene_facts::SceneFacts;
+    use crate::shadow_map::ShadowMap;
+
+    #[test]
+    fn facts_are_the_extremes_over_all_rays_and_the_set_up_bounds_them() {
+        let size = [37, 5];
+        let (eye, up) = ([10.0, 4.0, -7.0], [0.0, 1.0, 0.0]);
+        let sun = Light::directional([0.3, -1.0, 0.2], [1.0; 3]).unwrap();
+        let depth: Vec<f32> = (0..37 * 5).map(|n| [0.0, 2.5, 31.0, f32::INFINITY][n % 4]).collect();
+        for (fog_up, base, scale) in
+            [([0.1, 1.0, 0.0], 3.0, 2.0), ([0.0, -1.0, 0.0], 0.0, 9.0), (up, -80.0, 0.7)]
+        {
+            let falloff = HeightFalloff::new(fog_up, base, scale).unwrap();
+            let medium = Medium::homogeneous([0.1, 0.3, 0.2], [0.0; 3], Phase::Isotropic).unwrap();
+            let medium = medium.with_height_falloff(falloff);
+            for target in [[0.0, 1.0, 0.0], [10.0, 9.0, -7.0 + 1e-3]] {
+                let cameras = [
+                    Camera::perspective(eye, target, [0.0, 0.1, 1.0], 70.0, size).unwrap(),
+                    Camera::orthographic(eye, target, [0.0, 0.1, 1.0], 5.0, size).unwrap(),
+                ];
+                for camera in &cameras {
+                    let depth = DepthMap::new(&depth, size).unwrap();
+                    let frame =
+                        Frame::new(camera, depth, &sun, &ShadowMap::Unshadowed, &medium, 40.0).unwrap();
+                    let (mut range, mut deepest) = ([f64::INFINITY, f64::NEG_INFINITY], 0.0f64);
+                    for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+                        let end = frame.ray_end(x, y);
+                        let ray = FogRay::new(&falloff, camera.eye(), &camera.pixel_ray(x, y));
+                        for value in [ray.log_density(), ray.log_density_at(end)] {
+                            range = [range[0].min(value), range[1].max(value)];
+                        }
+                        deepest = deepest.max(ray.optical_depth(0.3, end));
+                    }
+                    let facts = SceneFacts::of(&frame);
+                    let found = facts.log_density.unwrap();
+                    // Ends are f32, and depths below 1e-30 may be none.
+                    assert!((0..2).all(|i| (found[i] - range[i]).abs() < 1e-5), "{found:?} {range:?}");
+                    let off = (facts.max_optical_depth - deepest).abs();
+                    assert!(off <= 1e-5 * deepest + 1e-30, "{} {deepest}", facts.max_optical_depth);
+                    let bound = SceneFacts::of_setup(frame.setup());
+                    let [least, most] = bound.log_density.unwrap();
+                    assert!(least <= range[0] + 1e-9 && most >= range[1] - 1e-9, "{least} {most} {range:?}");
+                    assert!(bound.max_optical_depth >= deepest * (1.0 - 1e-9));
+                }
+            }
+        }
+        let medium = Medium::homogeneous([0.1; 3], [0.0; 3], Phase::Isotropic).unwrap();
+        let camera = Camera::perspective(eye, [0.0; 3], up, 70.0, size).unwrap();
+        let depth = DepthMap::new(&depth, size).unwrap();
+        let frame = Frame::new(&camera, depth, &sun, &ShadowMap::Unshadowed, &medium, 40.0).unwrap();
+        assert_eq!(SceneFacts::of(&frame).log_density, None);
+    }
 }

@@ -90,6 +90,7 @@ impl<'a> FogLampIntegral<'a> {
 
     /// Adds the panels of one smooth interval.
     fn add_panels(&self, a: f64, b: f64, sum: &mut DVec3) {
+        let [a, b] = self.with_fog(a, b);
         if !(b > a) {
             return;
         }
@@ -113,6 +114,20 @@ impl<'a> FogLampIntegral<'a> {
             }
             done += step;
             here = if done < length { self.t_of([a, start], done) } else { b };
+        }
+    }
+
+    /// The part of `[a, b]` in which the density is above e⁻⁸⁰⁰, so that no panel is spent on a way through clear air.
+    fn with_fog(&self, a: f64, b: f64) -> [f64; 2] {
+        let slope = self.fog.slope();
+        // Where ln ρ = −800.
+        let border = (self.fog.log_density() + NO_LIGHT) / slope;
+        if slope > 0.0 {
+            [a, b.min(border.max(a))]
+        } else if slope < 0.0 {
+            [a.max(border.min(b)), b]
+        } else {
+            [a, b]
         }
     }
 

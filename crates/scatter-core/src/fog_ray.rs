@@ -260,4 +260,59 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn motions_scales_and_shifted_bases_leave_the_light_and_longer_rays_do_not_darken() {
+        use glam::DQuat;
+        let mut angle = 0.0f64;
+        for up in [DVec3::Y, DVec3::new(0.4, -0.7, 0.2)] {
+            for scale_height in [0.05, 1.0, 30.0] {
+                for (sigma, base) in [(1e-6, 0.0), (0.3, 2.0), (40.0, -1.0)] {
+                    angle += 0.7;
+                    let eye = DVec3::new(3.0 * angle.sin(), 1.5, -2.0);
+                    let direction = DVec3::new(angle.cos(), (1.3 * angle).sin(), 0.3).normalize();
+                    let ray = ViewRay { origin: DVec3::ZERO, direction };
+                    let falloff = HeightFalloff::new(up.to_array(), base, scale_height).unwrap();
+                    let lit = |fog: FogRay, sigma: f64, a: f64, b: f64| sigma * fog.sun_interval(sigma, a, b);
+                    let fog = FogRay::new(&falloff, eye, &ray);
+                    let (a, b) = (0.4, 3.7);
+                    let value = lit(fog, sigma, a, b);
+                    // ln ρ to 70 and optical depths to 700 ulp of it.
+                    let tolerance = 1e-12 * (1.0 + fog.optical_depth(sigma, a).min(1e3));
+
+                    // Turned about the origin and moved, the base with it.
+                    let turn = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), angle);
+                    let shift = DVec3::new(10.0, -20.0, 5.0);
+                    let turned_up = turn * falloff.up();
+                    let moved =
+                        HeightFalloff::new(turned_up.to_array(), base + turned_up.dot(shift), scale_height);
+                    let moved_ray = ViewRay { direction: turn * direction, ..ray };
+                    let moved_fog = FogRay::new(&moved.unwrap(), turn * eye + shift, &moved_ray);
+                    near(lit(moved_fog, sigma, a, b), value, 1e2 * tolerance / scale_height.min(1.0));
+
+                    // Everything k times as large in a fog k times as thin.
+                    let k = 1e4;
+                    let larger = HeightFalloff::new(up.to_array(), k * base, k * scale_height).unwrap();
+                    let larger_fog = FogRay::new(&larger, k * eye, &ray);
+                    near(lit(larger_fog, sigma / k, k * a, k * b), value, 1e2 * tolerance);
+
+                    // A base higher by s is a density higher by e^{s/scale}.
+                    let raised = HeightFalloff::new(up.to_array(), base + 0.1, scale_height).unwrap();
+                    let thinner = sigma * (-0.1 / scale_height).exp();
+                    near(
+                        lit(FogRay::new(&raised, eye, &ray), thinner, a, b),
+                        value,
+                        1e2 * tolerance / scale_height.min(1.0),
+                    );
+
+                    let mut before = 0.0;
+                    for step in 0..200 {
+                        let longer = fog.sun_interval(sigma, 0.0, 0.05 * f64::from(step));
+                        assert!(longer >= before * (1.0 - 4.0 * f64::EPSILON), "{fog:?}: {longer} {before}");
+                        before = longer;
+                    }
+                }
+            }
+        }
+    }
 }

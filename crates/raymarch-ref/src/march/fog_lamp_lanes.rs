@@ -77,12 +77,14 @@ impl FogLampLanes {
         let inverse = splat(simd, 1.0) / sample.cos;
         let tan = sample.sin * inverse;
         let h = load(simd, &self.distance);
-        let t = tan.mul_add(h, load(simd, &self.closest)).max(zero);
-        let d = h * inverse;
+        let farthest = splat(simd, 1e30);
+        let t = tan.mul_add(h, load(simd, &self.closest)).max(zero).min(farthest);
+        let d = (h * inverse).min(farthest);
         let log_density = (load(simd, &self.at_foot) - tan * load(simd, &self.fall))
             .max(splat(simd, -1e30))
             .min(splat(simd, DENSEST as f32));
-        let density = exp_of_any(simd, log_density);
+        // As good for positive exponents, as long as powers of two stay in f32.
+        let density = exp(simd, log_density);
 
         let steepness = load(simd, &self.steepness);
         let climbs = load(simd, &self.climbs).simd_gt(splat(simd, 0.5));
@@ -97,12 +99,6 @@ impl FogLampLanes {
         let column = (view + way).min(splat(simd, DEEPEST));
         std::array::from_fn(|channel| density * exp(simd, column * -self.sigma_t[channel]))
     }
-}
-
-/// `eˣ` for x ≤ [`DENSEST`].
-#[inline(always)]
-fn exp_of_any<S: Simd>(simd: S, x: Lanes<S>) -> Lanes<S> {
-    exp(simd, x - DENSEST as f32) * DENSEST.exp() as f32
 }
 
 /// `(1 − e^{−mx})/m` = `x·φ(mx)`, m, x ≥ 0.

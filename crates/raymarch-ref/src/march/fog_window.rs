@@ -9,7 +9,7 @@ use super::packet::Span;
 /// Scale heights on the thin side of the fog that are marched: e⁻²¹ = 8e-10 of the fog lies beyond them, and where an
 /// optical depth of 17 follows, 17 times that of the light. Smaller values lose light, larger ones spend steps on what no
 /// f32 sum can hold.
-const SCALE_HEIGHTS: f64 = 21.0;
+pub const SCALE_HEIGHTS: f64 = 21.0;
 
 /// The part of `[0, end]` that is marched, finite; `weakest` is the extinction of the weakest channel that scatters.
 pub fn fog_window(fog: &FogRay, end: f64, weakest: f64) -> Span {

@@ -76,16 +76,16 @@ fn a_height_falloff_needs_its_scale_and_nothing_else() {
     let tilted = falloff("up = [0.0, 0.0, -4.0]\nbase_height = -2.5\nscale_height = 0.75");
     assert_eq!((tilted.up(), tilted.base_height(), tilted.scale_height()), (DVec3::NEG_Z, -2.5, 0.75));
     assert!(load(SHOT).unwrap().medium.height_falloff().is_none());
-    // The table starts in line 27: the text has 25 lines and an empty one.
+    // The table starts in line 26: the text has 24 lines and an empty one.
     for (keys, said) in [
-        ("", "line 27: medium.height_falloff: missing field `scale_height`; add it"),
-        ("scale_height = 0", "line 28: medium.height_falloff.scale_height"),
+        ("", "line 26: medium.height_falloff: missing field `scale_height`; add it"),
+        ("scale_height = 0", "line 27: medium.height_falloff.scale_height"),
         ("scale_height = -1.5", "a finite number > 0"),
-        ("scale_height = nan", "line 28: medium.height_falloff.scale_height"),
-        ("scale_height = 1\nup = [0, 0, 0]", "line 29: medium.height_falloff.up"),
-        ("scale_height = 1\nbase_height = inf", "line 29: medium.height_falloff.base_height"),
+        ("scale_height = nan", "line 27: medium.height_falloff.scale_height"),
+        ("scale_height = 1\nup = [0, 0, 0]", "line 28: medium.height_falloff.up"),
+        ("scale_height = 1\nbase_height = inf", "line 28: medium.height_falloff.base_height"),
         ("scale_height = 1\nfalloff = 2", "unknown field `falloff`"),
-        ("scale_height = \"high\"", "line 28: medium.height_falloff.scale_height"),
+        ("scale_height = \"high\"", "line 27: medium.height_falloff.scale_height"),
     ] {
         let message = fog(keys).map(|_| ()).unwrap_err();
         println!("{message}");

@@ -5,8 +5,11 @@
 use glam::DVec3;
 
 use super::airlight::integrate_between;
-use super::quadrature::integrate;
+use super::quadrature::{integrate, integrate_smooth};
 use super::terms::{Channel, Lamp};
+
+/// Scale heights of a piece of a quadrature: e³ is resolved by 15 points without bisection.
+const STEP: f64 = 3.0;
 
 /// A fog as the start of a view ray sees it.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +45,16 @@ impl Fog {
         length * (middle + half).exp() * (1.0 - (-2.0 * half).exp()) / (2.0 * half)
     }
 
+    /// `∫ρ` from a point along a unit direction to `length`, which may be ∞.
+    pub fn column_along(&self, from: DVec3, direction: DVec3, length: f64) -> f64 {
+        if length.is_finite() {
+            return self.column(from, from + direction * length);
+        }
+        // ∫ e^{−ms} ds = 1/m where the way leads out of the fog.
+        let climb = self.up.dot(direction) / self.scale;
+        if climb > 0.0 { self.log_density(from).exp() / climb } else { f64::INFINITY }
+    }
+
     /// [`Self::column`] by adaptive quadrature, for ways of at most some hundred scale heights.
     pub fn column_by_quadrature(&self, from: DVec3, to: DVec3) -> f64 {
         let length = from.distance(to);
@@ -49,14 +62,14 @@ impl Fog {
         self.pieces(from, to, length).windows(2).map(|pair| integrate(&density, pair[0], pair[1])).sum()
     }
 
-    /// Where a way of some length is a whole number of scale heights from its start, with both its ends.
+    /// A way of some length cut into equal pieces of at most [`STEP`] scale heights, with both its ends.
     fn pieces(&self, from: DVec3, to: DVec3, length: f64) -> Vec<f64> {
-        let count = (self.up.dot(to - from).abs() / self.scale).ceil().clamp(1.0, 1000.0);
+        let count = (self.up.dot(to - from).abs() / (STEP * self.scale)).ceil().clamp(1.0, 1000.0);
         (0..=count as u32).map(|k| length * f64::from(k) / count).collect()
     }
 }
 
-/// In-scattered radiance \[W/(m²·sr)\] of the lit interval `[a, b]`, b finite, of a view ray in a fog:
+/// In-scattered radiance \[W/(m²·sr)\] of the lit interval `[a, b]`, 0 ≤ a ≤ b ≤ ∞, of a view ray in a fog:
 /// `E·Σσs·p·(e^{−τ(a)} − e^{−τ(b)})/σt`. The sun is not attenuated on its way.
 ///
 /// `travel` is the unit direction in which the light travels, `view` that of the view ray.
@@ -67,11 +80,14 @@ pub fn fog_sun_radiance(
     fog: &Fog,
     (view, a, b): (DVec3, f64, f64),
 ) -> f64 {
+    if !(b > a) {
+        return 0.0;
+    }
     let before = channel.sigma_t * fog.column(DVec3::ZERO, view * a);
-    let column = fog.column(view * a, view * b);
+    let column = fog.column_along(view * a, view, b - a);
     let depth = channel.sigma_t * column;
     let lit = if depth > 1.0 {
-        // e^{−depth} < 0.37: the difference loses less than a bit.
+        // e^{−depth} < 0.37: the difference loses less than a bit. Both may be ∞.
         ((-before).exp() - (-(before + depth)).exp()) / channel.sigma_t
     } else {
         // Σ (−x)ᵏ/(k+1)!: after 20 terms x ≤ 1 leaves 1/21! = 2e-20.
@@ -91,18 +107,25 @@ pub fn fog_sun_by_quadrature(
 ) -> f64 {
     let depth = |t: f64| channel.sigma_t * fog.column(DVec3::ZERO, view * t);
     let value = |t: f64| (fog.log_density(view * t) - depth(t)).exp();
-    let mut cuts: Vec<f64> = fog.pieces(view * a, view * b, b - a).into_iter().map(|s| a + s).collect();
-    // Where little light is left, by bisection.
-    for share in [1.0, 10.0, 100.0] {
-        let (mut low, mut high) = (a, b);
-        for _ in 0..100 {
-            let middle = 0.5 * (low + high);
-            if depth(middle) < depth(a) + share { low = middle } else { high = middle }
-        }
-        cuts.push(low);
-    }
+    let pieces = fog.pieces(view * a, view * b, b - a).into_iter().map(|s| a + s);
+    let cuts: Vec<f64> = pieces.chain(depth_cuts(&depth, a, b)).collect();
     let lit = integrate_between(&value, a, b, cuts.into_iter());
     irradiance * channel.scattering(travel.dot(-view).clamp(-1.0, 1.0)) * lit
+}
+
+/// Where an optical depth has grown by a hundredth to a hundred since `a`, by bisection; `b` where it does not.
+fn depth_cuts(depth: &dyn Fn(f64) -> f64, a: f64, b: f64) -> [f64; 5] {
+    [0.01, 0.1, 1.0, 10.0, 100.0].map(|share| {
+        let (mut low, mut high, level) = (a, b, depth(a) + share);
+        if depth(b) <= level {
+            return b;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if depth(middle) < level { low = middle } else { high = middle }
+        }
+        low
+    })
 }
 
 /// In-scattered radiance \[W/(m²·sr)\] of the lit interval `[a, b]`, b finite, of the view ray from the origin along `view`:
@@ -134,9 +157,13 @@ pub fn fog_lamp_radiance(
         channel.scattering(-u.sin()) * cone * (fog.log_density(point) - depth).exp()
     };
     let angle = |t: f64| ((t - foot) / h).atan();
-    let pieces = fog.pieces(view * a, view * b, b - a).into_iter().map(|s| angle(a + s));
-    let cuts: Vec<f64> = pieces.chain(kinks).chain([0.0]).collect();
-    lamp.intensity * integrate_between(&value, angle(a), angle(b), cuts.into_iter()) / h
+    let depth = |t: f64| channel.sigma_t * fog.column(DVec3::ZERO, view * t);
+    let pieces = fog.pieces(view * a, view * b, b - a).into_iter().map(|s| a + s);
+    let along_ray = pieces.chain(depth_cuts(&depth, a, b)).map(angle);
+    let (first, last) = (angle(a), angle(b));
+    let mut cuts: Vec<f64> = along_ray.chain(kinks).chain([0.0]).map(|u| u.clamp(first, last)).collect();
+    cuts.sort_by(f64::total_cmp);
+    lamp.intensity * integrate_smooth(&value, &cuts) / h
 }
 
 #[cfg(test)]
