@@ -46,19 +46,25 @@ fn the_march_in_fog_converges_to_the_walk() {
         (Distribution::Uniform, None),
         (Distribution::EquiAngular, Some(7)),
     ] {
-        let mut worst = [0.0f64; 2];
+        let mut errors = Vec::new();
         for seed in 0..30u64 {
             let kind = MapKind::ALL[1 + seed as usize % 5];
             let recipe = Recipe { textured: seed % 4 == 3, size: [9, 7], ..Recipe::of(kind) };
             let scene = foggy(seed, recipe);
             let truth = scene.render(&mut ShadowMapWalk::new());
-            let errors = [512, 16_384]
-                .map(|steps| rel_rmse(&march(&scene, Options { steps, jitter, distribution }), &truth));
-            // The uniform medium's 1e-3 at 65,536 steps is 4e-3 at a quarter of them.
-            assert!(errors[1] < 4e-3, "seed {seed} {kind:?} {distribution} {jitter:?}: {errors:?}");
-            worst = [0, 1].map(|index| worst[index].max(errors[index]));
+            let error = rel_rmse(&march(&scene, Options { steps: 16_384, jitter, distribution }), &truth);
+            // A uniform medium's 1e-3 at 65,536 steps (`march_against_walk`), at a quarter of them: steps weigh as they do
+            // there where the fog is even, and are spent on at most 21 scale heights where it is not.
+            assert!(error < 4e-3, "seed {seed} {kind:?} {distribution} {jitter:?}: {error:e}");
+            errors.push(error);
         }
-        println!("{distribution}, jitter {jitter:?}: worst errors {worst:.1e?} at 512 and 16,384 steps");
+        errors.sort_by(f64::total_cmp);
+        let (median, worst) = (errors[errors.len() / 2], errors[errors.len() - 1]);
+        println!(
+            "{distribution}, jitter {jitter:?}: error at 16,384 steps {median:.1e}, at worst {worst:.1e}"
+        );
+        // Most scenes have light everywhere.
+        assert!(median < 1e-3, "{median:e}");
     }
 }
 

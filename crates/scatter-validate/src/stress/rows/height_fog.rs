@@ -5,6 +5,7 @@ use glam::DVec3;
 use scatter_core::{Camera, ModelError, Phase};
 
 use super::laws;
+use crate::checks::{cascades, coloured_glass};
 use crate::scenario::Scenario;
 use crate::stress::row::{Law, ROUNDING, Relation, StressRow};
 use crate::stress::scenes::{self, EYE, SCENES, SIZE, SUN};
@@ -66,6 +67,17 @@ pub fn rows() -> Vec<StressRow> {
         );
     }
     rows.push(StressRow::image(GROUP, "the sun in view", sun_in_view()));
+    rows.push(StressRow::image(
+        GROUP,
+        "through coloured glass, sun",
+        scenes::sun()
+            .and_then(|s| Scenario { glass: Some(coloured_glass()), ..s }.in_fog(DVec3::Y, 0.0, SCALE)),
+    ));
+    rows.push(StressRow::image(
+        GROUP,
+        "three cascades",
+        cascades().and_then(|s| s.in_fog(DVec3::Y, 0.0, SCALE)),
+    ));
     rows.push(StressRow::image(
         GROUP,
         "endless rays, up, down and along, sun",
