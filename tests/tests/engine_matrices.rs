@@ -51,11 +51,8 @@ impl Engine {
     /// z row of a clip space whose depth is the row `depth` and whose w row is `w`.
     fn z_row(&self, depth: DVec4, w: DVec4, perspective: bool) -> DVec4 {
         // As 0 to 1, forward.
-        let z = if perspective {
-            (depth * FAR - DVec4::W * (FAR * NEAR)) / (FAR - NEAR)
-        } else {
-            depth / FAR
-        };
+        let z =
+            if perspective { (depth * FAR - DVec4::W * (FAR * NEAR)) / (FAR - NEAR) } else { depth / FAR };
         let z = if self.space.is_reversed() { w - z } else { z };
         if self.is_opengl() { z * 2.0 - w } else { z }
     }
@@ -136,8 +133,12 @@ fn with_engine<R>(engine: &Engine, plain: &OwnedFrame, use_frame: impl FnOnce(&F
     depth.decode(&camera, &buffer, &mut distances).unwrap();
 
     let encoding = ShadowDepthEncoding::Clip(engine.space);
-    let texels: Vec<f32> =
-        plain.projections.iter().zip(&plain.texels).flat_map(|(map, linear)| engine.texels(map, linear)).collect();
+    let texels: Vec<f32> = plain
+        .projections
+        .iter()
+        .zip(&plain.texels)
+        .flat_map(|(map, linear)| engine.texels(map, linear))
+        .collect();
     let size = plain.projections[0].size();
     let mut linear = Vec::new();
     let matrices = |index: usize| array(engine.map(&plain.projections[index]));
@@ -222,7 +223,9 @@ fn a_frame_as_an_engine_hands_it_over_is_the_same_picture() {
                     Some((_, most)) => *most = most.max(found.largest() / rounding.moved),
                     None => worst.push((name.clone(), found.largest() / rounding.moved)),
                 }
-                if !found.is_close() { println!("{name}, {kind:?}, {engine:?}: {found}"); }
+                if !found.is_close() {
+                    println!("{name}, {kind:?}, {engine:?}: {found}");
+                }
             }
         }
     }

@@ -43,7 +43,9 @@ impl<'a> DepthMap<'a> {
 }
 
 /// How an engine's depth buffer encodes distance. All z are in [0, 1]; the cleared value means "no surface". (OpenGL stores
-/// its z/w of −1 to 1 as 0 to 1, which is `Forward`.) Its twin for shadow maps is
+/// its z/w of −1 to 1 as 0 to 1, which is `Forward`.) Near, far and view z are counted from the eye along the camera's
+/// [`forward`](Camera::forward): of a matrix whose eye lies before or behind the view's origin, or whose near plane is
+/// oblique, use `Clip`, which reads the matrix itself. Its twin for shadow maps is
 /// [`ShadowDepthEncoding`](crate::ShadowDepthEncoding).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DepthEncoding {

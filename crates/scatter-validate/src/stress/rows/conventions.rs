@@ -109,11 +109,8 @@ pub fn rows() -> Vec<StressRow> {
     for (lens_name, lens) in lenses {
         for (depth_name, depth) in depths {
             // A parallel projection has no infinite far plane: the last kind is the linear one of a deferred renderer.
-            let depth_name = if lens.is_parallel() && depth == Depth::ReversedInfinite {
-                "view z"
-            } else {
-                depth_name
-            };
+            let depth_name =
+                if lens.is_parallel() && depth == Depth::ReversedInfinite { "view z" } else { depth_name };
             for (epipole_name, epipole) in epipoles {
                 for (eye_name, eye_inside) in [("in", true), ("out of", false)] {
                     let name =
@@ -216,7 +213,9 @@ fn clip_from_view(lens: Lens, depth: Depth, near: f64) -> DMat4 {
         Lens::Perspective | Lens::Turned | Lens::LeftHanded => {
             Window { left: -0.9, right: 0.9, bottom: -0.6, top: 0.6 }
         }
-        Lens::OffCentre | Lens::Beside | Lens::Sheared => Window { left: -0.4, right: 1.1, bottom: -0.8, top: 0.3 },
+        Lens::OffCentre | Lens::Beside | Lens::Sheared => {
+            Window { left: -0.4, right: 1.1, bottom: -0.8, top: 0.3 }
+        }
         Lens::Orthographic | Lens::Oblique => Window { left: -4.0, right: 4.5, bottom: -2.5, top: 3.0 },
     };
     let [image, in_view] = lens.around();
