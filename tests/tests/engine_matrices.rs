@@ -5,14 +5,19 @@ use glam::{DMat4, DVec3, DVec4, dcamera};
 use raymarch_ref::ShadowMapWalk;
 use scatter::{TECHNIQUES, Target};
 use scatter_core::{
-    Camera, ClipSpace, DepthEncoding, DepthMap, Frame, LightTexture, MapProjection, Quality, Rounding,
+    Camera, ClipSpace, DepthEncoding, DepthMap, Frame, Light, LightTexture, MapProjection, Quality, Rounding,
     ScatterImage, SceneFacts, ShadowDepthEncoding, ShadowMap, VolumetricShadow,
 };
 use scatter_testing::{Filling, MapKind, OwnedFrame, differing};
 
 const SIZE: [u32; 2] = [33, 21];
-const NEAR: f64 = 0.0625;
+const NEAR: f64 = 1.0;
 const FAR: f64 = 64.0;
+
+/// What forward z adds to a technique's rounding. Near 1 an f32 is off by 2⁻²⁵, which moves a surface at d ≤ 12 units by
+/// d²/near·2⁻²⁵ = 4e-6: 1e-6 of the shortest ray, and as much of a lit part's border. Ten times as much is allowed, as in
+/// `Rounding::F64`, since a lamp's light is denser near it.
+const FORWARD_Z: f64 = 1e-5;
 
 /// An engine's way with clip space.
 #[derive(Debug, Clone, Copy)]
@@ -209,25 +214,29 @@ fn a_frame_as_an_engine_hands_it_over_is_the_same_picture() {
         }
         // An eighth of a unit is 2⁻⁹ of the far plane: parallel texels of f32 hold it without rounding.
         for depth in plain.texels.iter_mut().flatten() {
-            *depth = ((8.0 * *depth).round() / 8.0).max(0.125);
+            *depth = ((8.0 * *depth).round() / 8.0).max(1.125);
         }
         plain.depth[40] = f32::INFINITY;
-        let scale = values(&plain.unoccluded().render(&mut ShadowMapWalk::new()));
+        // A spot's is measured without its cone.
+        let mut clear = plain.unoccluded();
+        if let Some(lamp) = clear.light.position() {
+            clear.light = Light::point(lamp.to_array(), clear.light.strength(), 0.0).unwrap();
+        }
+        let scale = values(&clear.render(&mut ShadowMapWalk::new()));
         let facts = plain.with(SceneFacts::of);
         for (name, rounding, mut instance) in instances(&facts) {
             let expected = values(&plain.render(&mut *instance));
             for engine in engines() {
                 let image = with_engine(&engine, &plain, |frame| image_of(&mut *instance, frame));
-                let found = differing(&image, &expected, &scale, rounding.moved);
+                let allowed = rounding.moved + if engine.space.is_reversed() { 0.0 } else { FORWARD_Z };
+                let found = differing(&image, &expected, &scale, allowed);
+                assert!(found.is_close(), "{name}, {kind:?}, {engine:?}: {found}");
                 match worst.iter_mut().find(|(of, _)| *of == name) {
-                    Some((_, most)) => *most = most.max(found.largest() / rounding.moved),
-                    None => worst.push((name.clone(), found.largest() / rounding.moved)),
-                }
-                if !found.is_close() {
-                    println!("{name}, {kind:?}, {engine:?}: {found}");
+                    Some((_, most)) => *most = most.max(found.largest() / allowed),
+                    None => worst.push((name.clone(), found.largest() / allowed)),
                 }
             }
         }
     }
-    println!("largest move as a share of what each declares: {worst:?}");
+    println!("largest move as a share of what is allowed: {worst:?}");
 }

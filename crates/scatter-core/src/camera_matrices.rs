@@ -77,8 +77,8 @@ fn camera(
     space: Option<ClipSpace>,
     size: [u32; 2],
 ) -> Result<Camera, ModelError> {
-    clip.refuse_row_major()?;
     let (view, shift) = view_parts(view_from_world)?;
+    clip.refuse_row_major()?;
     let world_from_view = view.inverse();
     match clip.parallel()? {
         None => {

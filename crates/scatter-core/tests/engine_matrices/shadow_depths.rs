@@ -107,15 +107,16 @@ fn distances_from_the_lamp_become_depths_along_the_axis() {
             }
         };
         let (near, far) = (0.5, 1000.0);
-        let cases: [(ShadowDepthEncoding, fn(f64) -> f64); 2] = [
-            (ShadowDepthEncoding::AlongRay(lens.space), |d| d),
-            (ShadowDepthEncoding::AlongRayShare { space: lens.space, near, far }, |d| (d - 0.5) / 999.5),
+        let share = |d: f64| (d - near) / (far - near);
+        let cases = [
+            (ShadowDepthEncoding::AlongRay(lens.space), false),
+            (ShadowDepthEncoding::AlongRayShare { space: lens.space, near, far }, true),
         ];
-        for (encoding, stored) in cases {
+        for (encoding, is_share) in cases {
+            let stored = |d: f64| if is_share { share(d) } else { d };
             let mut texels: Vec<f32> = (0..63).map(|texel| stored(distance(texel)) as f32).collect();
             let (mut linear, mut again) = (Vec::new(), Vec::new());
-            texels[11] =
-                if matches!(encoding, ShadowDepthEncoding::AlongRay(_)) { f32::INFINITY } else { 1.0 };
+            texels[11] = if is_share { 1.0 } else { f32::INFINITY };
             encoding.decode(matrix, SIZE, &texels, &mut linear).unwrap();
             encoding.encode(matrix, SIZE, &linear, &mut again).unwrap();
             for (texel, &depth) in depths.iter().enumerate() {

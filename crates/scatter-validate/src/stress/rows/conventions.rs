@@ -60,7 +60,8 @@ impl Lens {
             }
             Self::Sheared => (around[0].x_axis.y, around[0].y_axis.x) = (0.3, -0.2),
             Self::LeftHanded => around[1].z_axis = DVec4::NEG_Z,
-            Self::Oblique => (around[1].z_axis.x, around[1].z_axis.y) = (0.35, -0.25),
+            // Sideways: towards the ground rays would be too short for the rounding of linear z (`depth_rounding`).
+            Self::Oblique => (around[1].z_axis.x, around[1].z_axis.y) = (0.45, 0.03),
         }
         around
     }
@@ -319,7 +320,7 @@ fn beside_a_spot(camera: Camera, epipole: Epipole, eye_inside: bool) -> Result<S
     let [x, y] = place(epipole);
     // All rays of a parallel camera are as far: the lamp lies on the one of that image point, before or behind the eye.
     let along = if epipole == Epipole::Behind { -2.1 } else { 3.7 };
-    let position = EYE + camera.ray(x, y).origin + along * camera.forward();
+    let position = EYE + camera.ray(x, y).origin + along * camera.ray(x, y).direction;
     let direction = if eye_inside { EYE - position } else { position - EYE };
     scenes::spot_at(position, direction + DVec3::new(0.1, -0.07, 0.04), camera)
 }
@@ -343,7 +344,17 @@ mod tests {
 
     #[test]
     fn the_eye_is_where_the_row_says_and_so_is_the_epipole() {
-        for lens in [Lens::Perspective, Lens::OffCentre, Lens::Orthographic] {
+        let lenses = [
+            Lens::Perspective,
+            Lens::OffCentre,
+            Lens::Orthographic,
+            Lens::Beside,
+            Lens::Turned,
+            Lens::Sheared,
+            Lens::LeftHanded,
+            Lens::Oblique,
+        ];
+        for lens in lenses {
             for epipole in
                 [Epipole::Inside, Epipole::Edge, Epipole::Outside, Epipole::Behind, Epipole::Infinity]
             {
@@ -361,7 +372,7 @@ mod tests {
                         Epipole::Inside => assert!(w > 0.0 && (x - 4.3).abs() < 1e-9),
                         Epipole::Edge => assert!(w > 0.0 && x.abs() < 1e-9, "{x}"),
                         Epipole::Outside => assert!(w > 0.0 && x < -7.0),
-                        Epipole::Behind if lens != Lens::Orthographic => assert!(w < 0.0),
+                        Epipole::Behind if !lens.is_parallel() => assert!(w < 0.0),
                         Epipole::Behind => {}
                         Epipole::Infinity => assert!(w.abs() < 1e-9, "{lens:?} {w}"),
                     }
@@ -372,8 +383,13 @@ mod tests {
 
     #[test]
     fn distances_are_decoded_to_what_the_row_allows() {
-        for lens in [Lens::Perspective, Lens::OffCentre, Lens::Orthographic] {
-            for depth in [Depth::Forward, Depth::Reversed, Depth::ReversedInfinite] {
+        let plain = [Lens::Perspective, Lens::OffCentre, Lens::Orthographic];
+        let whole = [Lens::Beside, Lens::Turned, Lens::Sheared, Lens::LeftHanded, Lens::Oblique];
+        for lens in plain.into_iter().chain(whole) {
+            let reversed = [Depth::Reversed].into_iter();
+            let others =
+                [Depth::Forward, Depth::ReversedInfinite].into_iter().filter(|_| plain.contains(&lens));
+            for depth in reversed.chain(others) {
                 let scene = scene(lens, depth, Epipole::Inside, true, NEAR).unwrap();
                 let rays = scene.rays.as_ref().unwrap();
                 assert!(rays.iter().any(|ray| ray.end < 30.0));
