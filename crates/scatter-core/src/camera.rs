@@ -224,7 +224,9 @@ impl Camera {
         self.forward
     }
 
-    /// What the image shows. Of a sheared camera its top row; see [`Self::window_from_image`].
+    /// What the image shows. Of a sheared camera its top border alone, from which lower rows are moved by
+    /// [`Self::shear`]: whoever makes rays by hand adds that, and takes the rays of a parallel camera along
+    /// [`Self::parallel_direction`].
     pub fn window(&self) -> Window {
         self.window
     }
