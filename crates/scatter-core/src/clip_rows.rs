@@ -10,7 +10,7 @@ use glam::{DMat3, DMat4, DVec3, DVec4};
 use crate::error::ModelError;
 
 /// What f32 may have rounded, as a share: 2⁻²⁰, sixteen half-ulps. Matrices that were made, inverted and multiplied in
-/// f32 stay a factor of 4 below it (`tests/engine_matrices.rs` prints the margin); what is meant by an engine is far above
+/// f32 stay at a third of it (`tests/engine_matrices` prints the margin); what is meant by an engine is far above
 /// (a field of view of 0.01° is 200 times as much).
 pub(crate) const ROUNDING: f64 = 1.0 / 1_048_576.0;
 

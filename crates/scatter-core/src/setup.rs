@@ -197,7 +197,7 @@ fn check_texture(light: &Light, projection: &MapProjection) -> Result<(), ModelE
 
 /// How far a map may look off its sun \[radians\]: 2⁻¹⁸. Directions and rows of f32 hold 2⁻²⁴ of their length; a rotation made
 /// of a quaternion, inverted and multiplied with a projection comes to 2⁻²¹, and a sun's direction read off another matrix
-/// to as much (`tests/engine_matrices.rs` prints the margin). What the angle moves a shadow by is below f32, too: 4e-6 of
+/// to as much (`tests/engine_matrices` prints the margin). What the angle moves a shadow by is below f32, too: 4e-6 of
 /// the way from the surface that casts it.
 const ALIGNED: f64 = 4.0 * ROUNDING;
 
