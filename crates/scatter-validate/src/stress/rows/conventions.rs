@@ -217,7 +217,9 @@ fn clip_from_view(lens: Lens, depth: Depth, near: f64) -> DMat4 {
         Lens::OffCentre | Lens::Beside | Lens::Sheared => {
             Window { left: -0.4, right: 1.1, bottom: -0.8, top: 0.3 }
         }
-        Lens::Orthographic | Lens::Oblique => Window { left: -4.0, right: 4.5, bottom: -2.5, top: 3.0 },
+        // Its lowest rays that meet the ground start half a unit above it, and are 7 units long.
+        Lens::Oblique => Window { left: -4.0, right: 4.5, bottom: -2.0, top: 3.0 },
+        Lens::Orthographic => Window { left: -4.0, right: 4.5, bottom: -2.5, top: 3.0 },
     };
     let [image, in_view] = lens.around();
     let (width, height) = (right - left, top - bottom);
