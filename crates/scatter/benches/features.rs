@@ -11,7 +11,7 @@ use scatter::{
     Camera, Medium, ModelError, Phase, Quality, ScatterImage, Scattering, SceneFacts, TECHNIQUES, Target,
     Technique, VolumetricShadow,
 };
-use scatter_validate::checks::coloured_glass;
+use scatter_validate::checks::{behind_lamp_glass, coloured_glass};
 use scatter_validate::scenario::{Scenario, Shadow, texels_of};
 use scatter_validate::stress::scenes;
 use scatter_validate::{Contender, Labelled, compare};
@@ -28,7 +28,7 @@ const LARGEST_ERROR: f64 = 0.1;
 /// What is switched on, what it is compared with, and the scene.
 type Feature = (&'static str, &'static str, fn() -> Result<Scenario, ModelError>);
 
-const FEATURES: [Feature; 17] = [
+const FEATURES: [Feature; 19] = [
     ("sun", "sun", sun),
     ("sun, nothing casts a shadow", "sun", || Ok(Scenario { shadow: Shadow::None, ..sun()? })),
     ("sun, σt·D = 1e-6", "sun", || sun()?.in_medium(3e-8, 0.0, Phase::Isotropic)),
@@ -44,10 +44,12 @@ const FEATURES: [Feature; 17] = [
     ("point, Rayleigh", "point", || point()?.in_medium(0.05, 0.0, Phase::Rayleigh)),
     ("point, Henyey-Greenstein", "point", || point()?.in_medium(0.05, 0.0, Phase::henyey_greenstein(0.6)?)),
     ("point, Rayleigh + Henyey-Greenstein", "point", || air(point()?)),
+    ("point, coloured glass", "point", || Ok(behind_lamp_glass(point()?))),
     ("spot", "point", || plain(scenes::spot()?)),
     ("spot, Henyey-Greenstein", "spot", || {
         plain(scenes::spot()?)?.in_medium(0.05, 0.0, Phase::henyey_greenstein(0.6)?)
     }),
+    ("spot, coloured glass", "spot", || Ok(behind_lamp_glass(plain(scenes::spot()?)?))),
 ];
 
 fn main() {

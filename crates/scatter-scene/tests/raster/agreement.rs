@@ -279,9 +279,26 @@ fn cameras_of_any_kind_agree() {
     let (eye, target, up) = (eye.to_array(), target.to_array(), [0.0, 1.0, 0.0]);
     let size = [193, 128];
     let height = 0.4 * (high - low).y;
+    // Engines' matrices: a sheared image from an eye beside the view's origin, and oblique parallel rays.
+    let view = look_to(DVec3::from(eye), DVec3::from(target) - DVec3::from(eye), DVec3::Y);
+    let of_rows = |rows: [[f64; 4]; 4]| {
+        let clip = DMat4::from_cols_array_2d(&rows).transpose();
+        Camera::from_matrices(view.to_cols_array_2d(), clip.to_cols_array_2d(), size).unwrap()
+    };
+    let sheared =
+        of_rows([[0.8, 0.3, 0.1, 0.02], [-0.2, 1.1, 0.0, 0.03], [0.0, 0.0, 0.0, 0.1], [0.0, 0.0, -1.0, 0.0]]);
+    let (x, y) = (1.5 / height, 2.0 / height);
+    let oblique = of_rows([
+        [x, 0.1 * x, 0.3 * x, 0.1],
+        [0.0, y, -0.2 * y, 0.0],
+        [0.0, 0.0, -0.01, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ]);
     let cameras = [
         Camera::perspective(eye, target, up, 140.0, size).unwrap().shifted(11.3, -7.1),
         Camera::orthographic(eye, target, up, height, size).unwrap(),
+        sheared,
+        oblique,
     ];
     for camera in cameras {
         let what = match camera.projection() {
