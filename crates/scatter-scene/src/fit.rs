@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use scatter_core::{Camera, DepthMap, Light, MapProjection, ModelError};
 
 use crate::caster::SceneCaster;
+use crate::map_resolution::MapResolution;
 
 /// Projections of a light's shadow maps, fitted for a shot.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,9 +53,13 @@ pub fn fit_map(
     depth: DepthMap<'_>,
     light: &Light,
     max_distance: f64,
-    size: u32,
+    resolution: MapResolution,
 ) -> Result<FittedMap, ModelError> {
+    let MapResolution { side: size, cascades } = resolution.checked()?;
     match light {
+        Light::Directional(sun) if cascades > 1 => {
+            fit_cascades(caster, camera, depth, sun.direction(), max_distance, size, cascades)
+        }
         Light::Directional(sun) => {
             let space = SunSpace::new(caster, sun.direction());
             let seen = space.seen(camera, depth, [0.0, max_distance]);
@@ -79,7 +84,7 @@ pub fn fit_map(
 }
 
 /// `count` ≥ 1 parallel maps of a sun that shines along `direction`, nearest stretch of the view first.
-pub fn fit_cascades(
+fn fit_cascades(
     caster: &SceneCaster,
     camera: &Camera,
     depth: DepthMap<'_>,

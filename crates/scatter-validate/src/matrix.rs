@@ -96,7 +96,7 @@ impl Matrix<'_> {
     fn judged(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<JudgedShot, JudgeError> {
         let name = shot.name.clone();
         progress(&format!("{name}: maps"));
-        let shot = StagedShot::with_source(shot, self.settings.map_size, self.settings.raster.as_ref())?;
+        let shot = StagedShot::with_source(shot, self.settings.resolution, self.settings.raster.as_ref())?;
         Ok(JudgedShot::new(shot, &mut |truth| progress(&format!("{name}: {truth}")))?)
     }
 

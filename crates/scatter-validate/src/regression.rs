@@ -76,6 +76,8 @@ struct EarlierRow {
     size: [u32; 2],
     shadow_map: u32,
     #[serde(default)]
+    cascades: Option<u32>,
+    #[serde(default)]
     options: BTreeMap<String, String>,
     #[serde(default)]
     time_ms: BTreeMap<String, Option<f64>>,
@@ -141,6 +143,7 @@ impl EarlierRow {
             && self.level == row.level
             && self.size == row.size
             && self.shadow_map == row.shadow_map
+            && self.cascades == row.cascades
     }
 
     fn compared(&self, row: &Row) -> ComparedRow {

@@ -21,8 +21,11 @@ pub struct Row {
     pub options: BTreeMap<String, String>,
     /// `[width, height]` of the image.
     pub size: [u32; 2],
-    /// Texels along a side of the shadow map.
+    /// Texels along a side of each shadow map.
     pub shadow_map: u32,
+    /// How many cascades each sun has, of so many texels a side each; none where all lights have one map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cascades: Option<u32>,
     /// Threads of the pool.
     pub threads: usize,
     /// Time of the technique alone \[ms\]: `total` on the wall clock, and each stage.
@@ -93,7 +96,8 @@ impl Row {
             method: measurement.method.clone(),
             options: Default::default(),
             size: measurement.image.size,
-            shadow_map: settings.map_size,
+            shadow_map: settings.resolution.side,
+            cascades: shot.cascades(),
             threads: settings.threads,
             time_ms: measurement.time_ms.clone(),
             maps_ms: shot.maps_ms(),
@@ -148,6 +152,7 @@ pub(crate) mod tests {
             options: BTreeMap::new(),
             size: [4, 3],
             shadow_map: 16,
+            cascades: None,
             threads: 1,
             time_ms: BTreeMap::from([("total".into(), 2.5)]),
             maps_ms: 1.0,

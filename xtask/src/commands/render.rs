@@ -17,7 +17,7 @@ use crate::flags::{CompareWith, Render};
 use crate::output::{check_writable, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{BASELINE, Method, at_size, check_options, map_size, method, raster_device, shot};
+use crate::select::{BASELINE, Method, check_options, load, method, raster_device, resolution, shot};
 
 /// Renders, writes, prints.
 pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
@@ -41,17 +41,17 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
     for path in [&flags.out, &flags.png].into_iter().flatten() {
         check_writable(path)?;
     }
-    let raster = raster_device(rendering)?;
+    let raster = raster_device(&rendering.maps)?;
     let source = shot(&flags.shot)?;
     let progress = Progress::new(None);
     let (row, notes) = in_pool(rendering.threads, |threads| {
         progress.stage(&format!("{}: loading", source.label()));
-        let shot = at_size(source.load()?, rendering)?;
+        let shot = load(&source, rendering)?;
         let notes = shot.notes.clone();
         let settings = Settings {
             quality: rendering.quality,
             overrides: rendering.set.clone(),
-            map_size: map_size(rendering),
+            resolution: resolution(rendering),
             raster,
             repeat: rendering.repeat,
             threads,
@@ -85,9 +85,9 @@ fn render(
         || matches!(flags.compare, Some(CompareWith::ShadowMap | CompareWith::Both));
     progress.stage(&format!("{}: {}", shot.name, if reads_maps { "maps" } else { "tree" }));
     let mut shot = if reads_maps {
-        StagedShot::with_source(shot, settings.map_size, device)?
+        StagedShot::with_source(shot, settings.resolution, device)?
     } else {
-        StagedShot::without_maps(shot, settings.map_size, device)?
+        StagedShot::without_maps(shot, settings.resolution, device)?
     };
     progress.stage(&format!("{}: {id}", shot.name()));
     let measurement = rendered(method, &shot, settings)?;

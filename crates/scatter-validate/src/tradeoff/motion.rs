@@ -58,6 +58,9 @@ pub struct MotionRow {
     pub size: [u32; 2],
     /// Texels along a side of the shadow map.
     pub shadow_map: u32,
+    /// How many cascades each sun has, of so many texels a side each; none where all lights have one map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cascades: Option<u32>,
     /// Frames of the sequence.
     pub frames: u32,
     /// Whether the light turned too; one with glass before it stays.
@@ -95,11 +98,11 @@ struct ErrorSequence {
 impl Motion<'_> {
     /// Runs all techniques through the sequence on one shot. `progress` is told what comes next.
     pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<Vec<MotionRow>, JudgeError> {
-        let Settings { map_size, .. } = self.settings;
+        let Settings { resolution, .. } = self.settings;
         let camera = shot.camera.clone();
         progress(&format!("{}: maps", shot.name));
-        let staged = StagedShot::with_source(shot, map_size, self.settings.raster.as_ref())?;
-        let name = staged.name().to_string();
+        let staged = StagedShot::with_source(shot, resolution, self.settings.raster.as_ref())?;
+        let (name, cascades) = (staged.name().to_string(), staged.cascades());
         let lights: Vec<(Light, bool)> =
             staged.lights().map(|(light, glass)| (light.clone(), glass)).collect();
         let mut judged = MapJudgedShot::new(staged)?;
@@ -112,7 +115,7 @@ impl Motion<'_> {
             if frame > 0 {
                 let (camera, lights) = at_frame(&camera, &lights, frame)
                     .map_err(|source| StageError::Model { shot: name.clone(), source })?;
-                judged.restage(camera, &lights, map_size)?;
+                judged.restage(camera, &lights, resolution)?;
             }
             let (staged, map_truth) = (judged.shot(), judged.truth());
             map_truth_differences.push(values(&map_truth.image));
@@ -139,7 +142,8 @@ impl Motion<'_> {
             level: None,
             options: Default::default(),
             size: camera.size(),
-            shadow_map: map_size,
+            shadow_map: resolution.side,
+            cascades,
             frames: self.frames,
             light_turned: lights.iter().any(|(_, has_glass)| !has_glass),
             rel_rmse: error.rel_rmse_sum / f64::from(self.frames.max(1)),

@@ -53,7 +53,7 @@ impl Sweep<'_> {
     /// Measures every setting of every technique on one shot. `progress` is told what comes next.
     pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotTrade, JudgeError> {
         progress(&format!("{}: maps", shot.name));
-        let shot = StagedShot::with_source(shot, self.settings.map_size, self.settings.raster.as_ref())?;
+        let shot = StagedShot::with_source(shot, self.settings.resolution, self.settings.raster.as_ref())?;
         progress(&format!("{}: truths", shot.name()));
         let judged = JudgedShot::new(shot, &mut |_| {})?;
         let map_error = judged.map_error()?;
