@@ -40,7 +40,8 @@ fn texel_size_sq(map: &MapProjection) -> f64 {
 struct Seen {
     /// Points that something shadows.
     shadowed: u32,
-    /// Mean of a texel's squared sides over the one map's, over all points.
+    /// Geometric mean of a texel's squared sides over the one map's, over all points: near the eye texels are much
+    /// smaller, and at the far end a little larger.
     size_sq: f64,
     /// Cascades that decide about a point.
     deciding: usize,
@@ -88,14 +89,14 @@ fn check(
             }
             if let (Some(index), true) = (found, in_one) {
                 decides[index] = true;
-                size_sq += texel_size_sq(&maps[index]) / texel_size_sq(&one);
+                size_sq += (texel_size_sq(&maps[index]) / texel_size_sq(&one)).ln();
                 count += 1.0;
             }
         }
     }
     Seen {
         shadowed,
-        size_sq: size_sq / count,
+        size_sq: (size_sq / count).exp(),
         deciding: decides.into_iter().filter(|&decides| decides).count(),
     }
 }
@@ -103,7 +104,7 @@ fn check(
 #[test]
 fn on_every_suns_shot_what_is_shadowed_lies_in_a_cascade_and_texels_are_smaller() {
     /// Texels that are no smaller than those of one map would be cascades for nothing.
-    const LARGEST_SHARE: f64 = 0.9;
+    const LARGEST_SHARE: f64 = 0.6;
     let mut suns = 0;
     for built in builtin_shots() {
         let shot = built_in(built);
