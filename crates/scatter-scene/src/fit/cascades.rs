@@ -20,7 +20,8 @@ use super::sun_space::{SunSpace, View, across};
 use crate::caster::SceneCaster;
 
 /// Weight of the logarithmic split against the uniform one (Zhang et al. 2006 use 0.5). Near light rays are crossed by more
-/// view rays than far ones. Smaller: they get too few texels; larger: the far ones do. README.md has what was measured.
+/// view rays than far ones. Smaller: they get too few texels; larger: the far ones do. The crate's README has
+/// what was measured.
 const LOGARITHMIC_SHARE: f64 = 0.65;
 /// Where the logarithmic split begins, as a share of the range: air has no near plane. Smaller: the first cascade is spent
 /// on a few pixels' beginnings; larger: the split becomes uniform.
