@@ -154,7 +154,9 @@ impl Matrix<'_> {
                 }
             };
             let mut row = Row::new(shot, &measurement, &self.settings, judged.errors(&measurement)?);
-            row.options = options.into_iter().collect();
+            let target = Target::Quality(self.settings.quality);
+            row.options = Renderer::resolved(technique, target, &pairs(&options), shot)??;
+            row.overrides = options.into_iter().collect();
             row.level = Some(self.settings.quality.to_string());
             row.verdict = Some(self.verdict(&row));
             to.push(row, measurement);

@@ -91,6 +91,14 @@ fn render(
     };
     progress.stage(&format!("{}: {id}", shot.name()));
     let measurement = rendered(method, &shot, settings)?;
+    // What they follow from is gone with the maps.
+    let resolved = match method {
+        Method::Technique(technique) => {
+            let target = Target::Quality(settings.quality);
+            Renderer::resolved(technique, target, &overrides(settings), &shot)?.context("--set")?
+        }
+        _ => Default::default(),
+    };
     if let Some(path) = &flags.out {
         write_exr(path, &measurement.image)?;
     }
@@ -116,11 +124,16 @@ fn render(
         errors.raycast = Some(against(&shot, &truth, &measurement)?);
     }
     let mut row = Row::new(&shot, &measurement, settings, errors);
-    row.options = settings.overrides.iter().cloned().collect();
+    row.overrides = settings.overrides.iter().cloned().collect();
     if matches!(method, Method::Technique(_)) {
+        row.options = resolved;
         row.level = Some(settings.quality.to_string());
     }
     Ok(row)
+}
+
+fn overrides(settings: &Settings) -> Vec<(&str, &str)> {
+    settings.overrides.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
 }
 
 fn rendered(method: Method, shot: &StagedShot, settings: &Settings) -> anyhow::Result<Measurement> {
@@ -130,10 +143,8 @@ fn rendered(method: Method, shot: &StagedShot, settings: &Settings) -> anyhow::R
         Method::ShadowMapTruth => Renderer::Shared(&mut walk),
         Method::RaycastTruth => Renderer::Shared(&mut raycast),
         Method::Technique(technique) => {
-            let overrides: Vec<(&str, &str)> =
-                settings.overrides.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
             let target = Target::Quality(settings.quality);
-            Renderer::configured(technique, target, &overrides, shot)?.context("--set")?
+            Renderer::configured(technique, target, &overrides(settings), shot)?.context("--set")?
         }
     };
     match measure(shot, &mut renderer, settings.repeat)? {

@@ -52,8 +52,10 @@ pub struct MotionRow {
     /// The level that it is configured for; none for a reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<String>,
-    /// Options that were set by hand or searched for.
+    /// The values of all options that it ran with; none for a reference.
     pub options: BTreeMap<String, String>,
+    /// Those that were set by hand or searched for; the others follow from the level.
+    pub overrides: BTreeMap<String, String>,
     /// `[width, height]` of the images.
     pub size: [u32; 2],
     /// Texels along a side of the shadow map.
@@ -82,7 +84,8 @@ pub struct MotionRow {
 struct Runner<'a> {
     technique: &'a dyn Technique,
     renderer: Renderer<'a>,
-    options: Options,
+    resolved: BTreeMap<String, String>,
+    overrides: Options,
     unsupported: Option<String>,
     error: ErrorSequence,
 }
@@ -141,6 +144,7 @@ impl Motion<'_> {
             method: method.into(),
             level: None,
             options: Default::default(),
+            overrides: Default::default(),
             size: camera.size(),
             shadow_map: resolution.side,
             cascades,
@@ -156,7 +160,8 @@ impl Motion<'_> {
         let mut rows: Vec<MotionRow> = map_row.into_iter().collect();
         rows.extend(runners.into_iter().map(|runner| MotionRow {
             level: Some(self.settings.quality.to_string()),
-            options: runner.options.into_iter().collect(),
+            options: runner.resolved,
+            overrides: runner.overrides.into_iter().collect(),
             unsupported: runner.unsupported,
             ..row(runner.technique.info().id, &runner.error, &map_truth_differences)
         }));
@@ -175,10 +180,18 @@ impl Motion<'_> {
             progress(&format!("{}: options of {}", shot.name(), technique.info().id));
             let level = (&self.settings, quality);
             let options = at_level(technique, self.baseline.as_ref(), level, judged)?;
-            let renderer =
-                Renderer::configured(technique, Target::Quality(quality), &pairs(&options), shot)??;
+            let target = Target::Quality(quality);
+            let renderer = Renderer::configured(technique, target, &pairs(&options), shot)??;
+            let resolved = Renderer::resolved(technique, target, &pairs(&options), shot)??;
             let error = ErrorSequence::default();
-            runners.push(Runner { technique, renderer, options, unsupported: None, error });
+            runners.push(Runner {
+                technique,
+                renderer,
+                resolved,
+                overrides: options,
+                unsupported: None,
+                error,
+            });
         }
         Ok(runners)
     }

@@ -128,7 +128,8 @@ impl Scaling<'_> {
             }
         };
         let mut row = Row::new(shot, &measurement, &settings, errors);
-        row.options = options.into_iter().collect();
+        row.options = Renderer::resolved(technique, Target::Quality(quality), &pairs(&options), shot)??;
+        row.overrides = options.into_iter().collect();
         row.level = Some(quality.to_string());
         let mut time_ms_one_thread = BTreeMap::new();
         if verdict == Verdict::Ok {
