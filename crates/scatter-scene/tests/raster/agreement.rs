@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::{DMat4, DVec3, DVec4};
 use rayon::prelude::*;
 use scatter_core::{Camera, Light, MapProjection, Projection};
-use scatter_scene::{FittedMap, MapSource, RasterScene, SceneCaster, Shot, ShotMaps};
+use scatter_scene::{FittedMap, MapResolution, MapSource, RasterScene, SceneCaster, Shot, ShotMaps};
 
 use super::driver::{assert_valid, builtin, device, shared};
 
@@ -254,9 +254,15 @@ fn cascades_of_a_valley_agree() {
     let caster = Arc::new(SceneCaster::new(&shot.scene).unwrap());
     let raster = RasterScene::new(&device, caster.clone()).unwrap();
     let light = &shot.lights[0].light;
-    let maps =
-        ShotMaps::build_cascaded_from(&raster, &caster, &shot.camera, light, shot.max_distance, 513, 3)
-            .unwrap();
+    let maps = ShotMaps::build_from(
+        &raster,
+        &caster,
+        &shot.camera,
+        light,
+        shot.max_distance,
+        MapResolution::cascaded(513, 3),
+    )
+    .unwrap();
     let FittedMap::Cascades(projections) = maps.fitted() else { panic!("a sun has cascades") };
     for (index, (map, texels)) in projections.iter().zip(maps.shadow().chunks(513 * 513)).enumerate() {
         let share = View::of_map(&caster, *map).check(&format!("{test} {index}"), texels, 3, 0.0);
