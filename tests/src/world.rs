@@ -6,7 +6,7 @@
 
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use proptest::prelude::*;
-use scatter_core::{Camera, Light, MapProjection, Medium, Phase, RayLight, Scattering};
+use scatter_core::{Camera, HeightFalloff, Light, MapProjection, Medium, Phase, RayLight, Scattering};
 use scatter_scene::{Scene, SceneCaster};
 use scatter_testing::{MapKind, OwnedFrame};
 
@@ -49,6 +49,8 @@ pub struct World {
     pub components: Vec<Scattering>,
     /// Its absorption.
     pub sigma_a: [f64; 3],
+    /// How its density falls with height: up, base height, scale height.
+    pub fog: Option<(DVec3, f64, f64)>,
     /// Where rays end.
     pub max_distance: f64,
     /// Whether a sun's map is three cascades, one around the other.
@@ -94,7 +96,7 @@ const GLASS_TANGENT: f64 = 0.8;
 
 impl World {
     /// A world of `3..=triangle_count` random triangles within 9 units of the origin, any light, any medium; half of the
-    /// suns have cascades, a third of the lights glass.
+    /// suns have cascades, a third of the lights glass, a third of the media is height fog.
     pub fn any(triangle_count: usize) -> impl Strategy<Value = Self> {
         let point = |r: f64| [-r..r, -r..r, -r..r].prop_map(DVec3::from);
         let triangle = (point(5.0), point(2.0), point(2.0)).prop_map(|(a, u, v)| [a, a + u, a + v]);
@@ -127,13 +129,15 @@ impl World {
             prop::collection::vec(pane, (GLASS_SIDE * GLASS_SIDE) as usize),
         );
         let triangles = prop::collection::vec(triangle, 3..=triangle_count);
-        (triangles, camera, light, medium, 2.0..20.0f64, any::<bool>(), glass)
+        let up = point(1.0).prop_filter("a direction", |up| up.length() > 0.1);
+        let fog = prop::option::weighted(1.0 / 3.0, (up, -3.0..3.0f64, 2.0..40.0f64));
+        (triangles, camera, light, (medium, fog), 2.0..20.0f64, any::<bool>(), glass)
             .prop_filter("the lamp is not at the eye", |(_, (eye, _), light, ..)| match light {
                 WorldLight::Sun(_) => true,
                 WorldLight::Point(p) | WorldLight::Spot(p, ..) => p.distance(*eye) > 0.5,
             })
             .prop_map(|(triangles, (eye, target), light, medium, max_distance, cascades, glass)| {
-                let (mut components, mut sigma_a, grey) = medium;
+                let ((mut components, mut sigma_a, grey), fog) = medium;
                 if grey {
                     // The grey inner loops are different code.
                     components.iter_mut().for_each(|c| c.sigma_s = [c.sigma_s[0]; 3]);
@@ -148,6 +152,7 @@ impl World {
                     strength: [3.0, 2.0, 1.0],
                     components,
                     sigma_a,
+                    fog,
                     max_distance,
                     cascades,
                     glass,
@@ -249,7 +254,13 @@ impl World {
     }
 
     fn medium(&self) -> Medium {
-        Medium::new(self.components.clone(), self.sigma_a).expect("the world's medium is sane")
+        let medium = Medium::new(self.components.clone(), self.sigma_a).expect("the world's medium is sane");
+        let Some((up, base, scale)) = self.fog else { return medium };
+        let up = up.normalize();
+        let moved = DVec3::from(self.direction(up)).normalize();
+        let base = moved.dot(self.point(base * up).into());
+        let falloff = HeightFalloff::new(moved.to_array(), base, scale * self.scale);
+        medium.with_height_falloff(falloff.expect("the world's fog is sane"))
     }
 
     /// The projections of a sun's maps or of a spot's.

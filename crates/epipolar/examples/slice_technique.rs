@@ -66,7 +66,13 @@ impl VolumetricShadow for Thin {
 
     fn capabilities(&self) -> Capabilities {
         let maps = &[MapKind::Unshadowed, MapKind::Orthographic, MapKind::Cascades];
-        Capabilities { lights: &[LightKind::Directional], textures: &[], maps, ..epipolar::CAPABILITIES }
+        Capabilities {
+            lights: &[LightKind::Directional],
+            textures: &[],
+            height_fog: &[],
+            maps,
+            ..epipolar::CAPABILITIES
+        }
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {

@@ -9,6 +9,9 @@
 //! steps are not spent in the dark and endless rays can be marched.
 
 mod angle_span;
+mod fog_lamp_lanes;
+mod fog_sun_packet;
+mod fog_window;
 mod lamp_packet;
 mod lanes;
 mod lookups;

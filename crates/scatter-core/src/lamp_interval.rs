@@ -30,7 +30,7 @@ use crate::medium::Medium;
 use crate::phase::Phase;
 
 /// Points of a panel: 6.4⁻²⁰ is below f64's rounding; one less leaves 1e-14.
-const POINTS: usize = 10;
+pub(crate) const POINTS: usize = 10;
 /// Longest panel in ln p. Longer ones need more points, by the rate above.
 const LONGEST_PANEL: f64 = 1.0;
 /// How far the exponent may fall in a panel: e⁻³ᵘ on [0, 1] is resolved to 1e-15 by 10 points.
@@ -88,14 +88,14 @@ impl LampRay {
     }
 
     /// `p = (t − t₀) + d`, without cancellation before the closest approach.
-    fn path(&self, t: f64) -> f64 {
+    pub(crate) fn path(&self, t: f64) -> f64 {
         let x = t - self.closest;
         let d = x.hypot(self.distance);
         if x < 0.0 { self.distance * (self.distance / (d - x)) } else { x + d }
     }
 
     /// `ln p(b) − ln p(a)`, to rounding for the shortest and the longest interval.
-    fn log_path_ratio(&self, a: f64, b: f64) -> f64 {
+    pub(crate) fn log_path_ratio(&self, a: f64, b: f64) -> f64 {
         if b == f64::INFINITY {
             return f64::INFINITY;
         }
@@ -106,7 +106,8 @@ impl LampRay {
 }
 
 impl<'a> LampIntegral<'a> {
-    /// The integral for a point light.
+    /// The integral for a point light. Of a medium with a [`HeightFalloff`](crate::HeightFalloff) it takes the density at the
+    /// base height everywhere: in height fog ask a [`RayLight`](crate::RayLight).
     pub fn point(ray: LampRay, medium: &'a Medium) -> Self {
         Self { ray, cone: None, grey: medium.is_grey(), medium }
     }
@@ -120,8 +121,11 @@ impl<'a> LampIntegral<'a> {
         direction: DVec3,
         lamp: DVec3,
     ) -> Self {
-        let cone = ConeOnRay::new(spot, ray, origin, direction, lamp);
-        Self { cone: Some(cone), ..Self::point(ray, medium) }
+        Self::with_cone(ray, Some(ConeOnRay::new(spot, ray, origin, direction, lamp)), medium)
+    }
+
+    pub(crate) fn with_cone(ray: LampRay, cone: Option<ConeOnRay>, medium: &'a Medium) -> Self {
+        Self { cone, ..Self::point(ray, medium) }
     }
 
     /// `∫ₐᵇ Σ σs·p(cosθ)·C·exp(−σt(t+d))/d² dt` per channel: multiply by the intensity for the in-scattered radiance.
@@ -135,22 +139,7 @@ impl<'a> LampIntegral<'a> {
             self.add_panels(a, b, &mut sum);
             return sum;
         };
-        // Between these parameters the cone is 0, or 1, or smooth.
-        let mut kinks = [a; 6];
-        let mut count = 1;
-        for t in cone.kinks(self.ray) {
-            if t > a && t < b {
-                kinks[count] = t;
-                count += 1;
-            }
-        }
-        kinks[count] = b;
-        kinks[..=count].sort_by(f64::total_cmp);
-        for pair in kinks[..=count].windows(2) {
-            if pair[1] > pair[0] && cone.is_lit_between(pair[0], pair[1], self.ray) {
-                self.add_panels(pair[0], pair[1], &mut sum);
-            }
-        }
+        cone.smooth_parts(self.ray, [a, b], |a, b| self.add_panels(a, b, &mut sum));
         sum
     }
 
@@ -241,8 +230,28 @@ impl ConeOnRay {
         self.crossings(self.cos_outer, ray).chain(self.crossings(self.cos_full, ray))
     }
 
+    /// Calls `each` for the parts of `[a, b]`, in order, in which the cone's factor is above 0 and smooth.
+    pub(crate) fn smooth_parts(&self, ray: LampRay, [a, b]: [f64; 2], mut each: impl FnMut(f64, f64)) {
+        // Between these parameters the cone is 0, or 1, or smooth.
+        let mut kinks = [a; 6];
+        let mut count = 1;
+        for t in self.kinks(ray) {
+            if t > a && t < b {
+                kinks[count] = t;
+                count += 1;
+            }
+        }
+        kinks[count] = b;
+        kinks[..=count].sort_by(f64::total_cmp);
+        for pair in kinks[..=count].windows(2) {
+            if pair[1] > pair[0] && self.is_lit_between(pair[0], pair[1], ray) {
+                each(pair[0], pair[1]);
+            }
+        }
+    }
+
     /// The cone factor for tanh w and sech w.
-    fn factor(&self, tanh: f64, sech: f64) -> f64 {
+    pub(crate) fn factor(&self, tanh: f64, sech: f64) -> f64 {
         ((self.along * tanh + self.across * sech - self.cos_outer) * self.slope).clamp(0.0, 1.0).powi(2)
     }
 
@@ -284,7 +293,7 @@ impl ConeOnRay {
 }
 
 /// Gauss-Legendre nodes on [−1, 1] (Abramowitz and Stegun, table 25.4, n = 10).
-const NODES: [f64; POINTS] = [
+pub(crate) const NODES: [f64; POINTS] = [
     -0.973_906_528_517_171_7,
     -0.865_063_366_688_984_5,
     -0.679_409_568_299_024_4,
@@ -298,7 +307,7 @@ const NODES: [f64; POINTS] = [
 ];
 
 /// The weights of [`NODES`].
-const WEIGHTS: [f64; POINTS] = [
+pub(crate) const WEIGHTS: [f64; POINTS] = [
     0.066_671_344_308_688_14,
     0.149_451_349_150_580_6,
     0.219_086_362_515_982_04,

@@ -22,11 +22,13 @@ use fearless_simd::{Level, Simd};
 use glam::{DVec3, Vec3};
 
 use crate::at_level;
+use crate::camera::ViewRay;
 use crate::lamp_panels::{Even, Fading, Lanes, Lobe, Mixed, Panel, RULES, Rule, Scatter, exp2};
 use crate::light::{Light, PointLight, SpotLight};
 use crate::medium::Medium;
 use crate::phase::{INV_4PI, Phase};
 use crate::ray_lanes::{LANES, LampLanes, LampPlace, RayLanes};
+use crate::ray_light::RayLight;
 
 /// The rules of intervals that are longer than one panel, without and with a cone that fades: the fewest points for what
 /// most of them need.
@@ -55,6 +57,8 @@ const THICKEST: f32 = 1e18;
 ///
 /// A spot's error is ≤ `8·2⁻²⁴·s` of the lamp without its cone, s the cone's slope (1/s = cos inner − cos outer), on top:
 /// the cosine is a sum of two rounded products less a rounded number (4·2⁻²⁴), and the factor is its square.
+///
+/// In height fog the exact form ([`RayLight`]) is taken ray by ray: right, and slow. No technique has a use for more.
 #[derive(Debug, Clone)]
 pub struct LampIntegralF32<'a> {
     place: LampPlace,
@@ -74,6 +78,8 @@ enum Air<'a> {
     Lobe(Lobe),
     /// Anything.
     Mixed(Mixed<'a>),
+    /// Height fog: the exact form, ray by ray.
+    Fog { light: Light, medium: &'a Medium, eye: DVec3 },
 }
 
 impl<'a> LampIntegralF32<'a> {
@@ -97,7 +103,14 @@ impl<'a> LampIntegralF32<'a> {
     }
 
     fn of(lamp: &PointLight, spot: Option<&SpotLight>, medium: &'a Medium, eye: DVec3) -> Self {
+        let fog_light = || match spot {
+            Some(spot) => Light::Spot(spot.clone()),
+            None => Light::Point(lamp.clone()),
+        };
         let (air, factor) = match medium.components() {
+            _ if medium.height_falloff().is_some() => {
+                (Air::Fog { light: fog_light(), medium, eye }, DVec3::ONE)
+            }
             [only] if medium.is_grey() && only.phase.is_isotropic() => {
                 (Air::Even, DVec3::from(only.sigma_s) * INV_4PI)
             }
@@ -127,6 +140,9 @@ impl<'a> LampIntegralF32<'a> {
         a: &[f32; LANES],
         b: &[f32; LANES],
     ) -> [[f32; LANES]; 3] {
+        if let Air::Fog { light, medium, eye } = &self.air {
+            return exact_intervals(light, medium, *eye, rays, a, b);
+        }
         at_level!(simd, vectors => self.intervals_on(vectors, rays, a, b))
     }
 
@@ -142,6 +158,7 @@ impl<'a> LampIntegralF32<'a> {
             Air::Even => [self.integrate(simd, &Even, rays, a, b)[0]; 3],
             Air::Lobe(lobe) => [self.integrate(simd, lobe, rays, a, b)[0]; 3],
             Air::Mixed(mixed) => self.integrate(simd, mixed, rays, a, b),
+            Air::Fog { .. } => unreachable!("height fog has a way of its own"),
         };
         let mut radiance = [[0.0; LANES]; 3];
         for (channel, values) in radiance.iter_mut().enumerate() {
@@ -186,6 +203,26 @@ impl<'a> LampIntegralF32<'a> {
         }
         sums
     }
+}
+
+fn exact_intervals(
+    light: &Light,
+    medium: &Medium,
+    eye: DVec3,
+    rays: &RayLanes,
+    a: &[f32; LANES],
+    b: &[f32; LANES],
+) -> [[f32; LANES]; 3] {
+    let mut radiance = [[0.0; LANES]; 3];
+    for lane in 0..LANES {
+        let axis = |way: &[[f64; LANES]; 3]| DVec3::from([way[0][lane], way[1][lane], way[2][lane]]);
+        let ray = ViewRay { origin: axis(&rays.origin), direction: axis(&rays.direction) };
+        let value = RayLight::new(light, medium, eye, &ray).interval(a[lane].into(), b[lane].into());
+        for (channel, values) in radiance.iter_mut().enumerate() {
+            values[lane] = (value[channel] as f32).min(f32::MAX);
+        }
+    }
+    radiance
 }
 
 /// What the pieces of sixteen rays have in common.

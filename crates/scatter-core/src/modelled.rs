@@ -4,12 +4,13 @@ use crate::render_stats::RenderStats;
 use crate::scene_facts::SceneFacts;
 
 impl RenderStats {
-    /// Writes down what a technique models of a frame with these facts: `transmittance`, `rgb-extinction`, `phase`,
+    /// Writes down what a technique models of a frame with these facts: `transmittance`, `rgb-extinction`, `height-fog`, `phase`,
     /// `light-texture`, `shadow-map`, each where the frame has it.
     pub fn push_modelled(&mut self, facts: &SceneFacts) {
         let required = [
             ("transmittance", facts.max_optical_depth > 0.0),
             ("rgb-extinction", !facts.grey_extinction),
+            ("height-fog", facts.log_density.is_some()),
             ("phase", facts.anisotropic),
             ("light-texture", facts.textured),
             ("shadow-map", facts.casts_shadow),

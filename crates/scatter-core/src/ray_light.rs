@@ -1,13 +1,15 @@
 //! The light as one view ray sees it: the in-scattered radiance of a lit interval, exactly, for any light and medium.
 //!
-//! This is the one place that turns [`sun_interval`] and [`LampIntegral`] into radiance for the f64 references
+//! This is the one place that turns [`sun_interval`], [`FogRay`] and [`LampIntegral`] into radiance for the f64 references
 //! (the exact walk through a shadow map, ray-cast truth) and for unoccluded pixels.
 
 use glam::DVec3;
 
 use crate::camera::ViewRay;
-use crate::lamp_interval::{LampIntegral, LampRay};
-use crate::light::Light;
+use crate::fog_lamp::FogLampIntegral;
+use crate::fog_ray::FogRay;
+use crate::lamp_interval::{ConeOnRay, LampIntegral, LampRay};
+use crate::light::{Light, PointLight};
 use crate::medium::Medium;
 use crate::sun_interval::sun_interval;
 
@@ -25,9 +27,21 @@ enum Kind<'a> {
         sigma_t: DVec3,
         grey: bool,
     },
+    /// A sun in height fog.
+    FogSun {
+        source: DVec3,
+        sigma_t: DVec3,
+        grey: bool,
+        fog: FogRay,
+    },
     Lamp {
         intensity: DVec3,
         integral: LampIntegral<'a>,
+    },
+    /// A lamp in height fog.
+    FogLamp {
+        intensity: DVec3,
+        integral: FogLampIntegral<'a>,
     },
 }
 
@@ -39,29 +53,41 @@ impl<'a> RayLight<'a> {
             Light::Directional(sun) => {
                 // To the camera is −direction; |travel − to camera|²/4 is sin²(θ/2) without cancellation.
                 let haversine = 0.25 * (sun.direction() + direction).length_squared();
-                Kind::Sun {
-                    source: DVec3::from(sun.irradiance()) * medium.scattering_towards(haversine),
-                    sigma_t: medium.sigma_t().into(),
-                    grey: medium.is_grey(),
+                let source = DVec3::from(sun.irradiance()) * medium.scattering_towards(haversine);
+                let (sigma_t, grey) = (medium.sigma_t().into(), medium.is_grey());
+                match medium.fog_ray(eye, ray) {
+                    None => Kind::Sun { source, sigma_t, grey },
+                    Some(fog) => Kind::FogSun { source, sigma_t, grey, fog },
                 }
             }
-            Light::Point(lamp) => {
-                let relative = lamp.position() - eye;
-                let lamp_ray = LampRay::new(ray.origin, direction, relative, lamp.radius());
-                Kind::Lamp {
-                    intensity: lamp.intensity().into(),
-                    integral: LampIntegral::point(lamp_ray, medium),
-                }
-            }
-            Light::Spot(spot) => {
-                let lamp = spot.lamp();
-                let relative = lamp.position() - eye;
-                let lamp_ray = LampRay::new(ray.origin, direction, relative, lamp.radius());
-                let integral = LampIntegral::spot(lamp_ray, medium, spot, ray.origin, direction, relative);
-                Kind::Lamp { intensity: lamp.intensity().into(), integral }
-            }
+            Light::Point(lamp) => Self::lamp(lamp, medium, eye, ray, |_, _| None),
+            Light::Spot(spot) => Self::lamp(spot.lamp(), medium, eye, ray, |lamp_ray, relative| {
+                Some(ConeOnRay::new(spot, lamp_ray, ray.origin, direction, relative))
+            }),
         };
         Self { kind }
+    }
+
+    fn lamp(
+        lamp: &PointLight,
+        medium: &'a Medium,
+        eye: DVec3,
+        ray: &ViewRay,
+        cone: impl Fn(LampRay, DVec3) -> Option<ConeOnRay>,
+    ) -> Kind<'a> {
+        let relative = lamp.position() - eye;
+        let lamp_ray = LampRay::new(ray.origin, ray.direction, relative, lamp.radius());
+        let cone = cone(lamp_ray, relative);
+        let intensity = lamp.intensity().into();
+        match medium.height_falloff() {
+            None => Kind::Lamp { intensity, integral: LampIntegral::with_cone(lamp_ray, cone, medium) },
+            Some(falloff) => {
+                let fog = FogRay::new(falloff, eye, ray);
+                let at_lamp = falloff.log_density(eye, relative);
+                let integral = FogLampIntegral::new(lamp_ray, cone, medium, fog, at_lamp);
+                Kind::FogLamp { intensity, integral }
+            }
+        }
     }
 
     /// In-scattered RGB radiance \[W/(m²·sr)\] of the lit interval `[a, b]`, 0 ≤ a ≤ b ≤ ∞.
@@ -71,7 +97,14 @@ impl<'a> RayLight<'a> {
             Kind::Sun { source, sigma_t, grey: false } => {
                 *source * DVec3::from(sigma_t.to_array().map(|sigma| finite(sun_interval(sigma, a, b))))
             }
+            Kind::FogSun { source, sigma_t, grey: true, fog } => {
+                *source * finite(fog.sun_interval(sigma_t.x, a, b))
+            }
+            Kind::FogSun { source, sigma_t, grey: false, fog } => {
+                *source * DVec3::from(sigma_t.to_array().map(|sigma| finite(fog.sun_interval(sigma, a, b))))
+            }
             Kind::Lamp { intensity, integral } => *intensity * integral.interval(a, b),
+            Kind::FogLamp { intensity, integral } => *intensity * integral.interval(a, b),
         }
     }
 }

@@ -73,7 +73,8 @@ fn the_error_figures_know_their_answers() {
 #[test]
 fn the_truth_is_the_reference_on_every_shared_case() {
     let Some(shared) = shared("the_truth_is_the_reference_on_every_shared_case") else { return };
-    let folders = ["cases", "cases-cutout"].map(|folder| std::fs::read_dir(shared.join(folder)).unwrap());
+    let folders = ["cases", "cases-cutout", "cases-falloff"]
+        .map(|folder| std::fs::read_dir(shared.join(folder)).unwrap());
     let mut cases: Vec<_> = folders
         .into_iter()
         .flatten()

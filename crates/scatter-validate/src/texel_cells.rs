@@ -9,9 +9,11 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use scatter_core::{Light, Phase};
+use scatter_core::{HeightFalloff, Light, Phase};
 
-use crate::closed_form::{Channel, Cone, Lamp, PhaseFunction, lamp_radiance, sun_radiance};
+use crate::closed_form::{
+    Channel, Cone, Fog, Lamp, PhaseFunction, fog_lamp_radiance, fog_sun_radiance, lamp_radiance, sun_radiance,
+};
 use crate::scenario::{MapFrame, MapLayer, PixelRay, Scenario, Shadow};
 
 /// What an image should be, and what its errors are measured by.
@@ -43,9 +45,22 @@ impl Scenario {
         for ([radiance, scale], ray) in pixels.into_iter().zip(&rays) {
             expected.radiance.push(radiance);
             expected.scale.push(scale);
-            expected.transmittance.push(self.medium.sigma_t().map(|sigma| transmittance(sigma, ray.end)));
+            let length = match self.fog_on(ray) {
+                None => ray.end,
+                Some(fog) => fog.column_along(DVec3::ZERO, ray.direction, ray.end),
+            };
+            expected.transmittance.push(self.medium.sigma_t().map(|sigma| transmittance(sigma, length)));
         }
         expected
+    }
+
+    /// Height fog as the start of a ray sees it.
+    fn fog_on(&self, ray: &PixelRay) -> Option<Fog> {
+        self.medium.height_falloff().map(|falloff: &HeightFalloff| {
+            let (up, scale) = (falloff.up(), falloff.scale_height());
+            let eye = up.dot(self.camera.eye()) - falloff.base_height();
+            Fog { up, start_height: eye + up.dot(ray.origin), scale }
+        })
     }
 
     fn pixel(&self, ray: &PixelRay) -> [[f64; 3]; 2] {
@@ -58,7 +73,9 @@ impl Scenario {
         let physics = Physics::new(self, ray);
         let radiance = physics.radiance(&coloured, true);
         let clear = [((0.0, ray.end), [brightest; 3])];
-        let (own, without_cone) = (physics.radiance(&clear, true), physics.radiance(&clear, false));
+        let own = physics.radiance(&clear, true);
+        let is_spot = matches!(self.light, Light::Spot(_));
+        let without_cone = if is_spot { physics.radiance(&clear, false) } else { own };
         [radiance, std::array::from_fn(|c| own[c].max(LEAST_SCALE * without_cone[c]))]
     }
 
@@ -263,6 +280,7 @@ fn without(spans: &[Span], mut holes: Vec<Span>) -> Vec<Span> {
 struct Physics<'a> {
     scenario: &'a Scenario,
     ray: &'a PixelRay,
+    fog: Option<Fog>,
     components: [Vec<(f64, PhaseFunction)>; 3],
     /// The first channel that is the same as this one: what is known is not integrated again.
     twin: [usize; 3],
@@ -287,7 +305,7 @@ impl<'a> Physics<'a> {
         let same =
             |a: usize, b: usize| components[a] == components[b] && medium.sigma_t()[a] == medium.sigma_t()[b];
         let twin = [0, if same(0, 1) { 0 } else { 1 }, if same(0, 2) { 0 } else { 2 }];
-        Self { scenario, ray, components, twin }
+        Self { scenario, ray, fog: scenario.fog_on(ray), components, twin }
     }
 
     /// All pieces together, with or without the cone of a spot.
@@ -316,7 +334,11 @@ impl<'a> Physics<'a> {
         let relative = |position: DVec3| position - self.scenario.camera.eye() - self.ray.origin;
         let lamp = match &self.scenario.light {
             Light::Directional(sun) => {
-                return sun_radiance(1.0, sun.direction(), &medium, self.ray.direction, start, end);
+                let (travel, view) = (sun.direction(), self.ray.direction);
+                return match &self.fog {
+                    None => sun_radiance(1.0, travel, &medium, view, start, end),
+                    Some(fog) => fog_sun_radiance(1.0, travel, &medium, fog, (view, start, end)),
+                };
             }
             Light::Point(lamp) => Lamp { position: relative(lamp.position()), intensity: 1.0, cone: None },
             Light::Spot(spot) => {
@@ -325,7 +347,10 @@ impl<'a> Physics<'a> {
                 Lamp { position: relative(spot.lamp().position()), intensity: 1.0, cone }
             }
         };
-        lamp_radiance(&lamp, &medium, self.ray.direction, start, end)
+        match &self.fog {
+            None => lamp_radiance(&lamp, &medium, self.ray.direction, start, end),
+            Some(fog) => fog_lamp_radiance(&lamp, &medium, fog, (self.ray.direction, start, end)),
+        }
     }
 }
 

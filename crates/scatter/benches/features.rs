@@ -7,6 +7,7 @@
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion};
+use glam::DVec3;
 use scatter::{
     Camera, Medium, ModelError, Phase, Quality, ScatterImage, Scattering, SceneFacts, TECHNIQUES, Target,
     Technique, VolumetricShadow,
@@ -28,7 +29,7 @@ const LARGEST_ERROR: f64 = 0.1;
 /// What is switched on, what it is compared with, and the scene.
 type Feature = (&'static str, &'static str, fn() -> Result<Scenario, ModelError>);
 
-const FEATURES: [Feature; 19] = [
+const FEATURES: [Feature; 21] = [
     ("sun", "sun", sun),
     ("sun, nothing casts a shadow", "sun", || Ok(Scenario { shadow: Shadow::None, ..sun()? })),
     ("sun, σt·D = 1e-6", "sun", || sun()?.in_medium(3e-8, 0.0, Phase::Isotropic)),
@@ -37,6 +38,7 @@ const FEATURES: [Feature; 19] = [
     ("sun, Henyey-Greenstein", "sun", || sun()?.in_medium(0.05, 0.0, Phase::henyey_greenstein(0.6)?)),
     ("sun, Rayleigh + Henyey-Greenstein", "sun", || air(sun()?)),
     ("sun, coloured glass", "sun", || Ok(Scenario { glass: Some(coloured_glass()), ..sun()? })),
+    ("sun, height fog", "sun", || fog(sun()?)),
     ("sun, three cascades", "sun", cascades),
     ("sun, orthographic camera", "sun", orthographic),
     ("point", "sun", point),
@@ -45,6 +47,7 @@ const FEATURES: [Feature; 19] = [
     ("point, Henyey-Greenstein", "point", || point()?.in_medium(0.05, 0.0, Phase::henyey_greenstein(0.6)?)),
     ("point, Rayleigh + Henyey-Greenstein", "point", || air(point()?)),
     ("point, coloured glass", "point", || Ok(behind_lamp_glass(point()?))),
+    ("point, height fog", "point", || fog(point()?)),
     ("spot", "point", || plain(scenes::spot()?)),
     ("spot, Henyey-Greenstein", "spot", || {
         plain(scenes::spot()?)?.in_medium(0.05, 0.0, Phase::henyey_greenstein(0.6)?)
@@ -93,6 +96,11 @@ fn air(scene: Scenario) -> Result<Scenario, ModelError> {
     let gas = Scattering { sigma_s: [0.02; 3], phase: Phase::Rayleigh };
     let dust = Scattering { sigma_s: [0.03; 3], phase: Phase::henyey_greenstein(0.76)? };
     Ok(Scenario { medium: Medium::new(vec![gas, dust], [0.0; 3])?, ..scene })
+}
+
+/// Twelve times as dense on the ground as at the eye.
+fn fog(scene: Scenario) -> Result<Scenario, ModelError> {
+    scene.in_fog(DVec3::Y, 1.0, 0.65)
 }
 
 /// The plain sun's map, halved twice around its centre.

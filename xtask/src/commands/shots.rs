@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use anyhow::bail;
-use scatter::{Camera, Light, Quality};
+use scatter::{Camera, HeightFalloff, Light, Quality};
 use scatter_scene::{
     BuiltinShot, MAX_SIDE, MapResolution, RasterDevice, Shot, builtin_shots, builtin_variants, export,
 };
@@ -28,7 +28,10 @@ struct ShotEntry {
     shows: Option<&'static str>,
     triangles: usize,
     lights: Vec<&'static str>,
-    /// Largest σt times the longest ray.
+    /// Of height fog \[world units\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scale_height: Option<f64>,
+    /// Largest optical depth of a view ray.
     optical_depth: f64,
     resolution: [u32; 2],
     #[serde(flatten)]
@@ -126,6 +129,7 @@ fn entry(
     let mut shot: Shot = source.load()?;
     let triangles = shot.scene.triangles.len();
     let lights = shot.lights.iter().map(|part| kind(&part.light)).collect();
+    let scale_height = shot.medium.height_falloff().map(HeightFalloff::scale_height);
     let resolution = shot.camera.size();
     let name = shot.name.clone();
     let steps = match flags.steps {
@@ -150,7 +154,18 @@ fn entry(
         ShotSource::File(_) => None,
     };
     let survey = survey(&staged)?;
-    Ok(ShotEntry { name, shows, triangles, lights, optical_depth, resolution, survey, steps, map_error })
+    Ok(ShotEntry {
+        name,
+        shows,
+        triangles,
+        lights,
+        scale_height,
+        optical_depth,
+        resolution,
+        survey,
+        steps,
+        map_error,
+    })
 }
 
 /// At the shot's own size.
@@ -176,7 +191,7 @@ fn listing(entries: &[ShotEntry], resolution: MapResolution) -> String {
     let with_steps = entries.iter().any(|entry| entry.steps.is_some());
     let _ = write!(
         text,
-        "{:<widest$}  {:>9}  {:<12}  {:>8}  {:>6}  {:>8}  {:>5}  ",
+        "{:<widest$}  {:>9}  {:<16}  {:>8}  {:>6}  {:>8}  {:>5}  ",
         "shot", "triangles", "light", "max σt·D", "lit %", "T mean", "T p90"
     );
     if with_steps {
@@ -190,10 +205,11 @@ fn listing(entries: &[ShotEntry], resolution: MapResolution) -> String {
     text.push_str("shows\n");
     for entry in entries {
         let ShotEntry { name, triangles, optical_depth, survey, .. } = entry;
-        let lights = entry.lights.join("+");
+        let fog = if entry.scale_height.is_some() { ", fog" } else { "" };
+        let lights = entry.lights.join("+") + fog;
         let _ = write!(
             text,
-            "{name:<widest$}  {triangles:>9}  {lights:<12}  {optical_depth:>8.3}  {:>6.1}  {:>8.2}  {:>5}  ",
+            "{name:<widest$}  {triangles:>9}  {lights:<16}  {optical_depth:>8.3}  {:>6.1}  {:>8.2}  {:>5}  ",
             100.0 * survey.lit_share,
             survey.transitions_mean,
             survey.transitions_p90

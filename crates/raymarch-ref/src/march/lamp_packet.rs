@@ -16,6 +16,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::u32x16;
 use scatter_core::{INV_4PI, Phase};
 
+use super::fog_lamp_lanes::FogLampLanes;
 use super::lanes::{LANES, Lanes, exp, hashed, load, sin_cos, splat, upper_angle};
 use super::lookups::{LampSamples, TextureLookup, Visibility};
 
@@ -64,6 +65,8 @@ pub struct LampMarch<'a> {
     pub depth_of_distance: [[f32; LANES]; 3],
     /// Whether there is any extinction.
     pub extinction: bool,
+    /// Height fog, instead of the three above.
+    pub fog: Option<FogLampLanes>,
     /// Phase functions that depend on the angle; empty if none does.
     pub terms: &'a [PhaseTerm],
     /// The spot's cone.
@@ -75,9 +78,10 @@ pub struct LampMarch<'a> {
 }
 
 /// `Σ V·C·Σσs·p·e^{−σt(t+d)}·Δξ`, per channel and lane: to be multiplied by 2·I/h (and, without phase terms, by the
-/// isotropic scattering). Channels beyond `CHANNELS` repeat the first.
+/// isotropic scattering). Channels beyond `CHANNELS` repeat the first. `FOG`: there may be height fog, `ρ` times as much
+/// and with its optical depths.
 #[inline(always)]
-pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize>(
+pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize, const FOG: bool>(
     simd: S,
     march: &LampMarch<'_>,
     visibility: V,
@@ -133,7 +137,12 @@ pub fn march_lamp<S: Simd, V: Visibility<S>, const CHANNELS: usize>(
                     *value *= scattering;
                 }
             }
-            if march.extinction {
+            if let Some(fog) = march.fog.as_ref().filter(|_| FOG) {
+                let weights: [Lanes<S>; CHANNELS] = fog.weights(simd, sample);
+                for (value, weight) in values.iter_mut().zip(weights) {
+                    *value *= weight;
+                }
+            } else if march.extinction {
                 let depths = march.depth_of_distance.iter().zip(&march.depth_to_foot);
                 for (value, (of_distance, to_foot)) in values.iter_mut().zip(depths) {
                     let depth = tan_half.mul_add(load(simd, of_distance), load(simd, to_foot));

@@ -6,6 +6,7 @@ use scatter_core::{
 };
 
 use super::RayMarch;
+use super::fog_window::SCALE_HEIGHTS;
 
 /// Most steps a ray; more than the texels that any ray crosses on a 16,384² map, and f32 counts them exactly.
 pub const MOST_STEPS: u32 = 65_536;
@@ -52,7 +53,8 @@ impl Options {
     /// Options that promise an error of at most `error` (in (0, 1)) times each pixel's unoccluded value.
     ///
     /// Visibility can be wrong only in steps that it changes in. Under a sun a step weighs at most
-    /// `(τ/n)/(1 − e^{−τ})` of the unoccluded value, and a ray crosses at most 2·side texels, each with two changes.
+    /// `(τ/n)/(1 − e^{−τ})` of the unoccluded value, in height fog whose `ln ρ` changes by x along the ray
+    /// `x/(1 − e^{−x})` times that, and a ray crosses at most 2·side texels, each with two changes.
     /// So the promise asks for many steps, and where it asks for more than [`MOST_STEPS`], and near lamps, whose
     /// phase lobes and cones no step bounds, it cannot be given: an error says so. Choose `steps` by a quality level
     /// then.
@@ -80,7 +82,9 @@ impl Options {
         }
         // Marched rays end where the transmittance is negligible.
         let depth = facts.max_optical_depth.min(super::NEGLIGIBLE_OPTICAL_DEPTH);
-        let near_weight = if depth > 0.0 { depth / -(-depth).exp_m1() } else { 1.0 };
+        let over_its_mean = |x: f64| if x > 0.0 { x / -(-x).exp_m1() } else { 1.0 };
+        let fall = facts.log_density.map_or(0.0, |[least, most]| (most - least).min(SCALE_HEIGHTS));
+        let near_weight = over_its_mean(depth) * over_its_mean(fall);
         let changes = 4.0 * f64::from(facts.shadow_map_side.max(1));
         let steps = (changes * near_weight / error).ceil();
         if steps <= f64::from(MOST_STEPS) {

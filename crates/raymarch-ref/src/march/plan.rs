@@ -4,10 +4,13 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use fearless_simd::prelude::*;
 use glam::DVec3;
-use scatter_core::{Frame, LampRay, Light, RayLight, SceneFacts, ShadowMap};
+use scatter_core::{FogRay, Frame, LampRay, Light, RayLight, SceneFacts, ShadowMap, ViewRay};
 
 use super::NEGLIGIBLE_OPTICAL_DEPTH;
 use super::angle_span::AngleSpan;
+use super::fog_lamp_lanes::FogLampLanes;
+use super::fog_sun_packet::FogSunMarch;
+use super::fog_window::fog_window;
 use super::lamp_packet::{ConeLanes, LampMarch, PhaseTerm, march_lamp};
 use super::lanes::{LANES, mixed};
 use super::lookups::{
@@ -16,7 +19,7 @@ use super::lookups::{
 };
 use super::options::{Distribution, Options};
 use super::packet::{Foot, Packet, Span, cube_lanes, lamp_lanes, sun_lanes};
-use super::sun_packet::{SunMarch, march_sun};
+use super::sun_packet::{SunMarch, SunSteps};
 
 /// A frame and what its scene requires.
 pub struct Plan<'a> {
@@ -113,17 +116,23 @@ impl<'a> Plan<'a> {
             let (x, y) = packet.pixels[lane];
             let index = (y - first[1]) as usize * width + (x - first[0]) as usize;
             inscattered[index] = radiance[lane].as_vec3().to_array();
-            transmittance[index] = self.transmittance(packet.ends[lane]);
+            transmittance[index] = self.transmittance(&packet.rays[lane], packet.ends[lane]);
         }
     }
 
-    fn transmittance(&self, end: f64) -> [f32; 3] {
-        let sigma_t = self.frame.medium().sigma_t();
+    fn transmittance(&self, ray: &ViewRay, end: f64) -> [f32; 3] {
+        let medium = self.frame.medium();
+        let sigma_t = medium.sigma_t();
+        if let Some(fog) = medium.fog_ray(self.frame.camera().eye(), ray) {
+            let column = fog.optical_depth(1.0, end);
+            let through = |sigma: f64| if sigma == 0.0 { 1.0 } else { (-sigma * column).exp() as f32 };
+            return if self.grey { [through(sigma_t[0]); 3] } else { sigma_t.map(through) };
+        }
         if self.grey {
             let value = if sigma_t[0] == 0.0 { 1.0 } else { (-sigma_t[0] * end).exp() };
             return [value as f32; 3];
         }
-        self.frame.medium().transmittance(end).map(|t| t as f32)
+        medium.transmittance(end).map(|t| t as f32)
     }
 
     fn ray_light(&self, packet: &Packet, lane: usize) -> RayLight<'_> {
@@ -143,6 +152,24 @@ impl<'a> Plan<'a> {
     /// The unoccluded closed form times the share that the march finds lit.
     #[inline(always)]
     fn sun<S: Simd>(&self, simd: S, packet: &Packet, layer_lanes: &mut [MapLanes]) -> [DVec3; LANES] {
+        let shares = if self.frame.medium().height_falloff().is_some() {
+            self.fog_shares(simd, packet, layer_lanes)
+        } else {
+            self.uniform_shares(simd, packet, layer_lanes)
+        };
+        std::array::from_fn(|lane| {
+            let whole = self.ray_light(packet, lane).interval(0.0, packet.ends[lane]);
+            whole * DVec3::from(shares.map(|channel| f64::from(channel[lane])))
+        })
+    }
+
+    #[inline(always)]
+    fn uniform_shares<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet,
+        layer_lanes: &mut [MapLanes],
+    ) -> [[f32; LANES]; 3] {
         let frame = self.frame;
         let eye = frame.camera().eye();
         let reach = if self.weakest > 0.0 { NEGLIGIBLE_OPTICAL_DEPTH / self.weakest } else { f64::INFINITY };
@@ -160,52 +187,86 @@ impl<'a> Plan<'a> {
             texture: self.texture(texture_lanes.as_ref()),
             seeds: self.seeds(packet),
         };
-        let lanes_in = |layer: &scatter_core::ShadowLayer<'_>| {
-            sun_lanes(layer.projection(), eye, &packet.rays, &spans, self.steps)
+        self.sun_shares(simd, &march, (&packet.rays, &spans), layer_lanes)
+    }
+
+    /// In height fog only the part of a ray is marched that has light: what is counted from its start.
+    #[inline(always)]
+    fn fog_shares<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet,
+        layer_lanes: &mut [MapLanes],
+    ) -> [[f32; LANES]; 3] {
+        let frame = self.frame;
+        let (medium, eye) = (frame.medium(), frame.camera().eye());
+        let fogs = packet.rays.each_ref().map(|ray| medium.fog_ray(eye, ray).unwrap_or(FogRay::UNIFORM));
+        let windows: [Span; LANES] =
+            std::array::from_fn(|lane| fog_window(&fogs[lane], packet.ends[lane], self.weakest));
+        let rays: [ViewRay; LANES] = std::array::from_fn(|lane| {
+            let ray = packet.rays[lane];
+            ViewRay { origin: ray.origin + ray.direction * windows[lane].start, ..ray }
+        });
+        let spans = windows.map(|window| Span { start: 0.0, end: window.end - window.start });
+        let texture_lanes =
+            frame.texture().map(|texture| sun_lanes(texture.projection(), eye, &rays, &spans, self.steps).0);
+        let march = FogSunMarch {
+            texture: self.texture(texture_lanes.as_ref()),
+            ..FogSunMarch::new(self.steps, medium.sigma_t(), (&fogs, &windows), self.seeds(packet))
         };
-        let shares = match frame.shadow() {
+        self.sun_shares(simd, &march, (&rays, &spans), layer_lanes)
+    }
+
+    #[inline(always)]
+    fn sun_shares<S: Simd>(
+        &self,
+        simd: S,
+        march: &impl SunSteps<S>,
+        (rays, spans): (&[ViewRay; LANES], &[Span; LANES]),
+        layer_lanes: &mut [MapLanes],
+    ) -> [[f32; LANES]; 3] {
+        let eye = self.frame.camera().eye();
+        let lanes_in = |layer: &scatter_core::ShadowLayer<'_>| {
+            sun_lanes(layer.projection(), eye, rays, spans, self.steps)
+        };
+        match self.frame.shadow() {
             ShadowMap::Orthographic(layer) if self.casts_shadow => {
                 let grid = Grid::new(layer.texels(), layer.projection().size());
                 let (lanes, inside) = lanes_in(layer);
                 if inside {
-                    self.sun_channels(simd, &march, ParallelMap::<true> { grid, lanes: &lanes })
+                    self.sun_channels(simd, march, ParallelMap::<true> { grid, lanes: &lanes })
                 } else {
-                    self.sun_channels(simd, &march, ParallelMap::<false> { grid, lanes: &lanes })
+                    self.sun_channels(simd, march, ParallelMap::<false> { grid, lanes: &lanes })
                 }
             }
             ShadowMap::Cascades(layers) if self.casts_shadow => {
                 for (lanes, layer) in layer_lanes.iter_mut().zip(*layers) {
                     *lanes = lanes_in(layer).0;
                 }
-                self.sun_channels(simd, &march, CascadeMaps { layers, lanes: layer_lanes })
+                self.sun_channels(simd, march, CascadeMaps { layers, lanes: layer_lanes })
             }
             // Without a shadow there is a texture: three channels.
             _ => simd.vectorize(
                 #[inline(always)]
-                || march_sun::<S, Clear, 3, false>(simd, &march, Clear),
+                || march.shares::<Clear, 3, false>(simd, Clear),
             ),
-        };
-        std::array::from_fn(|lane| {
-            let whole = self.ray_light(packet, lane).interval(0.0, packet.ends[lane]);
-            whole * DVec3::from(shares.map(|channel| f64::from(channel[lane])))
-        })
+        }
     }
 
     #[inline(always)]
     fn sun_channels<S: Simd, V: Visibility<S>>(
         &self,
         simd: S,
-        march: &SunMarch<'_>,
+        march: &impl SunSteps<S>,
         visibility: V,
     ) -> [[f32; LANES]; 3] {
-        let plain = march.texture.is_none() && march.seeds.is_none();
         simd.vectorize(
             #[inline(always)]
-            || match (self.one_channel, plain) {
-                (true, true) => march_sun::<S, V, 1, true>(simd, march, visibility),
-                (false, true) => march_sun::<S, V, 3, true>(simd, march, visibility),
+            || match (self.one_channel, march.is_plain()) {
+                (true, true) => march.shares::<V, 1, true>(simd, visibility),
+                (false, true) => march.shares::<V, 3, true>(simd, visibility),
                 // Two channels more cost little beside a hash or three more texels.
-                (_, false) => march_sun::<S, V, 3, false>(simd, march, visibility),
+                (_, false) => march.shares::<V, 3, false>(simd, visibility),
             },
         )
     }
@@ -240,6 +301,10 @@ impl<'a> Plan<'a> {
             depth_to_foot: [[0.0; LANES]; 3],
             depth_of_distance: [[0.0; LANES]; 3],
             extinction: sigma_t != [0.0; 3],
+            fog: frame
+                .medium()
+                .height_falloff()
+                .map(|falloff| FogLampLanes::new(falloff.log_density(eye, position), sigma_t)),
             terms: self.terms,
             cone: spot.map(|spot| ConeLanes {
                 along: [0.0; LANES],
@@ -257,7 +322,14 @@ impl<'a> Plan<'a> {
             let lamp_ray = LampRay::new(ray.origin, ray.direction, position, lamp.radius());
             let (closest, h) = (lamp_ray.closest, lamp_ray.distance);
             feet[lane] = Foot { closest, distance: h };
-            let mut part = AngleSpan::of(lamp_ray, packet.ends[lane], self.weakest);
+            let mut part = match (&mut march.fog, frame.medium().fog_ray(eye, ray)) {
+                (Some(lanes), Some(fog)) => {
+                    lanes.set(lane, &fog, &lamp_ray);
+                    let reach = fog.reach(self.weakest, NEGLIGIBLE_OPTICAL_DEPTH);
+                    AngleSpan::of(lamp_ray, packet.ends[lane].min(reach), 0.0)
+                }
+                _ => AngleSpan::of(lamp_ray, packet.ends[lane], self.weakest),
+            };
             if let (Some(spot), Some(cone)) = (spot, &mut march.cone) {
                 let foot = ray.origin + ray.direction * closest - position;
                 let (along, across) = (spot.direction().dot(ray.direction), spot.direction().dot(foot) / h);
@@ -310,7 +382,13 @@ impl<'a> Plan<'a> {
             // Without a shadow there is a texture: three channels.
             _ => simd.vectorize(
                 #[inline(always)]
-                || march_lamp::<S, Clear, 3>(simd, &march, Clear),
+                || {
+                    if march.fog.is_some() {
+                        march_lamp::<S, Clear, 3, true>(simd, &march, Clear)
+                    } else {
+                        march_lamp::<S, Clear, 3, false>(simd, &march, Clear)
+                    }
+                },
             ),
         };
         let strength = DVec3::from(lamp.intensity()) * self.scattering;
@@ -331,10 +409,11 @@ impl<'a> Plan<'a> {
         simd.vectorize(
             #[inline(always)]
             || {
-                if self.one_channel {
-                    march_lamp::<S, V, 1>(simd, march, visibility)
-                } else {
-                    march_lamp::<S, V, 3>(simd, march, visibility)
+                match (self.one_channel, march.fog.is_some()) {
+                    (true, false) => march_lamp::<S, V, 1, false>(simd, march, visibility),
+                    (false, false) => march_lamp::<S, V, 3, false>(simd, march, visibility),
+                    // Two channels more are two of five exponentials.
+                    (_, true) => march_lamp::<S, V, 3, true>(simd, march, visibility),
                 }
             },
         )

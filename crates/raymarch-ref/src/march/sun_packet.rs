@@ -1,4 +1,4 @@
-//! A packet of rays under a sun: the share of the unoccluded in-scattering that visibility leaves.
+//! A packet of rays under a sun in a uniform medium: the share of the unoccluded in-scattering that visibility leaves.
 //!
 //! Steps of equal length have weights `wᵢ = ∫ᵢ e^{−σt} dt = w₀·rⁱ`, exactly, with r = e^{−σΔ}: a Horner scheme from
 //! the far end to the near one needs one multiplication a step and no exponential. What is returned is
@@ -27,11 +27,39 @@ pub struct SunMarch<'a> {
     pub seeds: Option<[u32; LANES]>,
 }
 
+/// A march under a sun: what weights its steps have.
+pub trait SunSteps<S: Simd> {
+    /// Whether there is neither texture nor jitter.
+    fn is_plain(&self) -> bool;
+
+    /// The shares of all lanes, per channel; channels beyond `CHANNELS` repeat the first. `PLAIN`: [`Self::is_plain`].
+    fn shares<V: Visibility<S>, const CHANNELS: usize, const PLAIN: bool>(
+        &self,
+        simd: S,
+        visibility: V,
+    ) -> [[f32; LANES]; 3];
+}
+
+impl<S: Simd> SunSteps<S> for SunMarch<'_> {
+    fn is_plain(&self) -> bool {
+        self.texture.is_none() && self.seeds.is_none()
+    }
+
+    #[inline(always)]
+    fn shares<V: Visibility<S>, const CHANNELS: usize, const PLAIN: bool>(
+        &self,
+        simd: S,
+        visibility: V,
+    ) -> [[f32; LANES]; 3] {
+        march_sun::<S, V, CHANNELS, PLAIN>(simd, self, visibility)
+    }
+}
+
 /// The shares of all lanes, per channel; channels beyond `CHANNELS` repeat the first.
 ///
 /// `PLAIN`: neither texture nor jitter.
 #[inline(always)]
-pub fn march_sun<S: Simd, V: Visibility<S>, const CHANNELS: usize, const PLAIN: bool>(
+fn march_sun<S: Simd, V: Visibility<S>, const CHANNELS: usize, const PLAIN: bool>(
     simd: S,
     march: &SunMarch<'_>,
     visibility: V,

@@ -26,7 +26,7 @@ fn difference(a: &[(f64, f64)], b: &[(f64, f64)]) -> f64 {
 }
 
 /// Compares stretches and radiance of every pixel; returns how many stretches there were.
-fn compare(frame: &Frame<'_>, what: &str) -> usize {
+pub fn compare(frame: &Frame<'_>, what: &str) -> usize {
     let [width, height] = frame.size();
     let mut truth = ScatterImage::new();
     ShadowMapWalk::plain().render(frame, &mut truth).unwrap();

@@ -5,5 +5,6 @@ mod as_a_technique;
 mod core_walk;
 mod determinism;
 mod extremes;
+mod height_fog;
 mod march_against_walk;
 mod walk_against_sampling;

@@ -23,6 +23,7 @@ mod terrain;
 mod tests;
 mod tree;
 mod valley;
+mod valley_mist;
 
 pub use export::{ExportError, export};
 pub use shot::{BuiltinFile, BuiltinFiles, BuiltinShot};
@@ -46,7 +47,7 @@ pub fn builtin_shots() -> &'static [BuiltinShot] {
 
 /// Variants of built-in shots, which are rendered where they are asked for by name.
 pub fn builtin_variants() -> &'static [BuiltinShot] {
-    static VARIANTS: &[BuiltinShot] = &[grove_cards::SHOT];
+    static VARIANTS: &[BuiltinShot] = &[grove_cards::SHOT, valley_mist::SHOT];
     VARIANTS
 }
 

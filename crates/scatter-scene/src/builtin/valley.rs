@@ -42,9 +42,14 @@ const HALF_SIDE: f64 = 1300.0;
 const CELLS: usize = 742;
 
 fn mesh_bytes() -> Vec<u8> {
+    terrain_bytes(CELLS)
+}
+
+/// The valley as a GLB file, with that many cells a side.
+pub(super) fn terrain_bytes(cells: usize) -> Vec<u8> {
     let mut scene = GlbScene::default();
     let side = [HALF_SIDE, HALF_SIDE];
-    scene.add_mesh_node("terrain", sheet(side.map(|half| -half), side, [CELLS; 2], height));
+    scene.add_mesh_node("terrain", sheet(side.map(|half| -half), side, [cells; 2], height));
     scene.to_bytes()
 }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use scatter_core::{Camera, Light, Medium, Phase, Scattering};
+use scatter_core::{Camera, HeightFalloff, Light, Medium, Phase, Scattering};
 
 use super::document::Document;
 use super::fault::{fault_at, model_fault, sane};
@@ -231,7 +231,16 @@ fn medium_of(document: &Document<'_>, text: &MediumText, notes: &mut Vec<String>
         let phase = phase_of(document, &key, component.phase, component.g, notes)?;
         components.push(Scattering { sigma_s: component.scattering, phase });
     }
-    Medium::new(components, text.absorption).map_err(|error| model_fault(document, "medium", &error))
+    let medium =
+        Medium::new(components, text.absorption).map_err(|error| model_fault(document, "medium", &error))?;
+    let Some(falloff) = &text.height_falloff else { return Ok(medium) };
+    let key = "medium.height_falloff";
+    sane(document, &format!("{key}.up"), &falloff.up)?;
+    sane(document, &format!("{key}.base_height"), &[falloff.base_height])?;
+    sane(document, &format!("{key}.scale_height"), &[falloff.scale_height])?;
+    let falloff = HeightFalloff::new(falloff.up, falloff.base_height, falloff.scale_height)
+        .map_err(|error| model_fault(document, key, &error))?;
+    Ok(medium.with_height_falloff(falloff))
 }
 
 fn phase_of(

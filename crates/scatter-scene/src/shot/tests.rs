@@ -68,6 +68,32 @@ fn every_key_arrives_where_it_belongs() {
 }
 
 #[test]
+fn a_height_falloff_needs_its_scale_and_nothing_else() {
+    let fog = |keys: &str| load(&format!("{SHOT}\n[medium.height_falloff]\n{keys}\n"));
+    let falloff = |keys: &str| *fog(keys).unwrap().medium.height_falloff().unwrap();
+    let plain = falloff("scale_height = 8");
+    assert_eq!((plain.up(), plain.base_height(), plain.scale_height()), (DVec3::Y, 0.0, 8.0));
+    let tilted = falloff("up = [0.0, 0.0, -4.0]\nbase_height = -2.5\nscale_height = 0.75");
+    assert_eq!((tilted.up(), tilted.base_height(), tilted.scale_height()), (DVec3::NEG_Z, -2.5, 0.75));
+    assert!(load(SHOT).unwrap().medium.height_falloff().is_none());
+    // The table starts in line 26: the text has 24 lines and an empty one.
+    for (keys, said) in [
+        ("", "line 26: medium.height_falloff: missing field `scale_height`; add it"),
+        ("scale_height = 0", "line 27: medium.height_falloff.scale_height"),
+        ("scale_height = -1.5", "a finite number > 0"),
+        ("scale_height = nan", "line 27: medium.height_falloff.scale_height"),
+        ("scale_height = 1\nup = [0, 0, 0]", "line 28: medium.height_falloff.up"),
+        ("scale_height = 1\nbase_height = inf", "line 28: medium.height_falloff.base_height"),
+        ("scale_height = 1\nfalloff = 2", "unknown field `falloff`"),
+        ("scale_height = \"high\"", "line 27: medium.height_falloff.scale_height"),
+    ] {
+        let message = fog(keys).map(|_| ()).unwrap_err();
+        println!("{message}");
+        assert!(message.contains(said) && message.contains("; "), "{keys:?}: {message}");
+    }
+}
+
+#[test]
 fn phase_and_absorption_have_defaults_and_paths_either_slash() {
     let bare = SHOT
         .replace("absorption = [0.0, 0.5, 0.0]\n", "")

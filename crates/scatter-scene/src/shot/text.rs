@@ -74,6 +74,21 @@ pub(super) struct MediumText {
     pub g: Option<f64>,
     #[serde(default)]
     pub components: Vec<ComponentText>,
+    pub height_falloff: Option<HeightFalloffText>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HeightFalloffText {
+    #[serde(default = "plus_y")]
+    pub up: [f64; 3],
+    #[serde(default)]
+    pub base_height: f64,
+    pub scale_height: f64,
+}
+
+fn plus_y() -> [f64; 3] {
+    [0.0, 1.0, 0.0]
 }
 
 #[derive(Deserialize)]

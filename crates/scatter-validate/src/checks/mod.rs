@@ -102,6 +102,8 @@ pub fn house_scenes() -> Result<Vec<(&'static str, Scenario)>, ModelError> {
     )?;
     scenes.push(("sun through coloured glass, two components", coloured));
     scenes.push(("cascades", cascades()?.seen_by(scenes::camera(size)?)));
+    scenes.push(("height fog", scenes[0].1.clone().in_fog(glam::DVec3::Y, 0.5, 1.5)?));
+    scenes.push(("a lamp in height fog", scenes[1].1.clone().in_fog(glam::DVec3::Y, 0.5, 1.5)?));
     scenes.push(("nothing casts a shadow", Scenario { shadow: Shadow::None, ..scenes[0].1.clone() }));
     let parallel = scatter_core::Camera::orthographic(
         scenes::EYE.to_array(),

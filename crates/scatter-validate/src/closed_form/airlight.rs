@@ -66,7 +66,12 @@ pub fn lamp_radiance(lamp: &Lamp, channel: &Channel<'_>, view: DVec3, a: f64, b:
 }
 
 /// `∫ f` over `[low, high]`, piece by piece between the kinks that lie inside.
-fn integrate_between(f: &dyn Fn(f64) -> f64, low: f64, high: f64, kinks: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn integrate_between(
+    f: &dyn Fn(f64) -> f64,
+    low: f64,
+    high: f64,
+    kinks: impl Iterator<Item = f64>,
+) -> f64 {
     let mut ends: Vec<f64> = kinks.filter(|&v| v > low && v < high).chain([low, high]).collect();
     ends.sort_by(f64::total_cmp);
     ends.windows(2).map(|pair| integrate(f, pair[0], pair[1])).sum()

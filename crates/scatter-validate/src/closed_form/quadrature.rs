@@ -20,6 +20,14 @@ pub(super) fn integrate(f: &dyn Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     parts().map(|pair| refine(f, pair[0], pair[1], whole, DEPTH)).sum()
 }
 
+/// `∫ f` from the first of some sorted cuts to the last, for integrands that are smooth enough between two cuts for 15
+/// points to see what they have there: a twentieth of the cost.
+pub(super) fn integrate_smooth(f: &dyn Fn(f64) -> f64, cuts: &[f64]) -> f64 {
+    let parts = || cuts.windows(2).filter(|pair| pair[1] > pair[0]);
+    let whole: f64 = parts().map(|pair| kronrod(f, pair[0], pair[1]).0.abs()).sum();
+    parts().map(|pair| refine(f, pair[0], pair[1], whole, DEPTH)).sum()
+}
+
 /// First parts at each end: the narrowest spike that is found there is 2⁻⁴⁰ of the interval wide.
 const HALVINGS: u32 = 40;
 /// Bisections of a part: 2⁻⁶⁰ of it is below f64's resolution.

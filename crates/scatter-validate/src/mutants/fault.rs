@@ -39,6 +39,10 @@ pub enum Fault {
     CascadesReversed,
     /// The coloured glass is not looked at.
     TextureIgnored,
+    /// Height fog grows upwards.
+    FogUpsideDown,
+    /// Height fog has its base at height 0.
+    FogBaseIgnored,
     /// One value is NaN.
     NanInOnePixel,
     /// One bit differs where there is more than one thread.
@@ -56,7 +60,7 @@ const HOUSE: &str = "house rules";
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 25] = [
         Self::GSignFlipped,
         Self::NearAndFarSwapped,
         Self::MapReadOneTexelFurther,
@@ -75,6 +79,8 @@ impl Fault {
         Self::MaxDistanceIgnored,
         Self::CascadesReversed,
         Self::TextureIgnored,
+        Self::FogUpsideDown,
+        Self::FogBaseIgnored,
         Self::NanInOnePixel,
         Self::OneBitByThreads,
         Self::AllocatesEveryFrame,
@@ -103,6 +109,8 @@ impl Fault {
             Self::MaxDistanceIgnored => "max_distance ignored",
             Self::CascadesReversed => "last cascade first",
             Self::TextureIgnored => "coloured glass ignored",
+            Self::FogUpsideDown => "height fog upside down",
+            Self::FogBaseIgnored => "height fog's base at height 0",
             Self::NanInOnePixel => "NaN in one pixel",
             Self::OneBitByThreads => "one bit by the number of threads",
             Self::AllocatesEveryFrame => "allocates in every frame",
@@ -126,6 +134,8 @@ impl Fault {
                 | Self::MaxDistanceIgnored
                 | Self::CascadesReversed
                 | Self::TextureIgnored
+                | Self::FogUpsideDown
+                | Self::FogBaseIgnored
         )
     }
 
@@ -152,6 +162,7 @@ impl Fault {
             Self::MaxDistanceIgnored => (MAPS, "all far: no surface, sun"),
             Self::CascadesReversed => (MAPS, "three cascades"),
             Self::TextureIgnored => (MAPS, "coloured glass, sun"),
+            Self::FogUpsideDown | Self::FogBaseIgnored => ("height fog", "tilted up, sun"),
             Self::NanInOnePixel => (HOUSE, "no NaN, no infinity, nothing negative"),
             Self::OneBitByThreads => (HOUSE, "same bits for 1, 2 and 3 threads"),
             Self::AllocatesEveryFrame => (HOUSE, "second frame allocates nothing"),

@@ -2,8 +2,8 @@
 
 use glam::{DMat4, DVec4};
 use scatter_core::{
-    Camera, CubeShadow, DepthMap, Frame, MapProjection, Medium, ModelError, Phase, Projection, Scattering,
-    ShadowLayer, ShadowMap,
+    Camera, CubeShadow, DepthMap, Frame, HeightFalloff, MapProjection, Medium, ModelError, Phase, Projection,
+    Scattering, ShadowLayer, ShadowMap,
 };
 
 use super::fault::Fault;
@@ -70,6 +70,16 @@ fn wrong_frame<R, F: FnOnce(&Frame<'_>) -> R>(
         }
         Fault::CascadesReversed => maps.layers.reverse(),
         Fault::TextureIgnored => {}
+        Fault::FogUpsideDown | Fault::FogBaseIgnored => {
+            let Some(falloff) = medium.height_falloff() else { return Ok(None) };
+            let (up, base, scale) = (falloff.up(), falloff.base_height(), falloff.scale_height());
+            let wrong = match fault {
+                // About the base: only the sign of the slope and of the eye's height.
+                Fault::FogUpsideDown => HeightFalloff::new((-up).to_array(), -base, scale)?,
+                _ => HeightFalloff::new(up.to_array(), 0.0, scale)?,
+            };
+            medium = medium.with_height_falloff(wrong);
+        }
         _ => return Ok(None),
     }
     let mut layers = Vec::new();
@@ -99,7 +109,11 @@ fn with_components(
     let components = medium.components().iter();
     let components =
         components.map(|part| Scattering { sigma_s: sigma_s(part.sigma_s), phase: phase(part.phase) });
-    Medium::new(components.collect(), sigma_a)
+    let changed = Medium::new(components.collect(), sigma_a)?;
+    Ok(match medium.height_falloff() {
+        Some(falloff) => changed.with_height_falloff(*falloff),
+        None => changed,
+    })
 }
 
 /// The texels of a light's maps, to be changed.

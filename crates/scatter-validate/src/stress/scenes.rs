@@ -2,7 +2,7 @@
 //! stretches on most rays. A row changes one thing of them.
 
 use glam::DVec3;
-use scatter_core::{Camera, Light, Medium, ModelError, Phase, Projection, ViewRay};
+use scatter_core::{Camera, HeightFalloff, Light, Medium, ModelError, Phase, Projection, ViewRay};
 
 use crate::scenario::{MapFrame, MapLayer, Scenario, Shadow, texels_of};
 
@@ -131,6 +131,26 @@ impl Scenario {
         Ok(Self { medium: Medium::homogeneous([sigma_s; 3], [sigma_a; 3], phase)?, ..self })
     }
 
+    /// The same world with its medium as height fog.
+    pub fn in_fog(self, up: DVec3, base_height: f64, scale_height: f64) -> Result<Self, ModelError> {
+        let falloff = HeightFalloff::new(up.to_array(), base_height, scale_height)?;
+        Ok(Self { medium: self.medium.with_height_falloff(falloff), ..self })
+    }
+
+    /// The same world with the fog's up and base height moved; a uniform medium stays.
+    pub fn with_fog_moved(
+        self,
+        change: impl Fn(DVec3, f64, f64) -> (DVec3, f64, f64),
+    ) -> Result<Self, ModelError> {
+        match self.medium.height_falloff() {
+            None => Ok(self),
+            Some(falloff) => {
+                let (up, base, scale) = change(falloff.up(), falloff.base_height(), falloff.scale_height());
+                self.in_fog(up, base, scale)
+            }
+        }
+    }
+
     /// The same world with every texel of its maps changed: `depth(old, column, row)`.
     pub fn with_depths(mut self, depth: impl Fn(f32, u32, u32) -> f32) -> Self {
         let change = |texels: &mut [f32], width: u32| {
@@ -193,7 +213,7 @@ impl Scenario {
         if let Some(glass) = &mut self.glass {
             move_frame(&mut glass.frame);
         }
-        Ok(self)
+        self.with_fog_moved(|up, base, scale| (up, base + up.dot(shift), scale))
     }
 }
 

@@ -57,7 +57,12 @@ const SPACING: f64 = 0.5;
 pub static INFO: TechniqueInfo = TechniqueInfo::of_reference(
     "recomposed slices",
     "epipolar slices half a pixel apart, summed ray by ray",
-    Capabilities { lights: &[LightKind::Directional], textures: &[], ..epipolar::CAPABILITIES },
+    Capabilities {
+        lights: &[LightKind::Directional],
+        textures: &[],
+        height_fog: &[],
+        ..epipolar::CAPABILITIES
+    },
 );
 
 impl VolumetricShadow for RecomposedSlices {

@@ -55,7 +55,7 @@ fn law(name: String, relation: impl FnOnce() -> Result<Relation, ModelError>) ->
 
 /// Everything `k` times as large in a medium `k` times as thin: a sun's image stays, a lamp's too with `k²` times the
 /// intensity.
-fn scaled(first: Scenario, k: f64) -> Result<Relation, ModelError> {
+pub(super) fn scaled(first: Scenario, k: f64) -> Result<Relation, ModelError> {
     let mut second = first.clone();
     let camera = &first.camera;
     second.camera = Camera::perspective_off_centre(
@@ -72,6 +72,9 @@ fn scaled(first: Scenario, k: f64) -> Result<Relation, ModelError> {
         .map(|part| Scattering { sigma_s: part.sigma_s.map(|s| s / k), phase: part.phase })
         .collect();
     second.medium = Medium::new(components, first.medium.sigma_a().map(|s| s / k))?;
+    if let Some(falloff) = first.medium.height_falloff() {
+        second = second.in_fog(falloff.up(), falloff.base_height() * k, falloff.scale_height() * k)?;
+    }
     let scaled = light_with(&first.light, |place| k * place, |way| way)?;
     second.light = if matches!(scaled, Light::Directional(_)) { scaled } else { scaled.scaled(k * k)? };
     second = second.with_depths(|old, _, _| (f64::from(old) * k) as f32);
@@ -90,7 +93,7 @@ fn scaled(first: Scenario, k: f64) -> Result<Relation, ModelError> {
 }
 
 /// The world reflected at x = 0, and its map's columns with it.
-fn mirrored(first: Scenario) -> Result<Relation, ModelError> {
+pub(super) fn mirrored(first: Scenario) -> Result<Relation, ModelError> {
     let flip = |v: DVec3| DVec3::new(-v.x, v.y, v.z);
     let mut second = first.clone();
     let camera = &first.camera;
@@ -105,6 +108,7 @@ fn mirrored(first: Scenario) -> Result<Relation, ModelError> {
     let width = camera.size()[0] as usize;
     second.distances.chunks_mut(width).for_each(<[f32]>::reverse);
     second.light = light_with(&first.light, flip, flip)?;
+    second = second.with_fog_moved(|up, base, scale| (flip(up), base, scale))?;
     let layers = match &mut second.shadow {
         Shadow::Parallel(layers) => layers.as_mut_slice(),
         Shadow::Perspective(layer) => std::slice::from_mut(layer),

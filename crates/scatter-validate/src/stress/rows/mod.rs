@@ -4,6 +4,7 @@
 mod bad_input;
 mod conventions;
 mod eyes_and_lights;
+mod height_fog;
 mod images_and_cameras;
 mod laws;
 mod maps;
@@ -25,6 +26,7 @@ pub fn all_rows() -> Vec<StressRow> {
         suite_sun::rows(),
         suite_lamp::rows(),
         media::rows(),
+        height_fog::rows(),
         eyes_and_lights::rows(),
         images_and_cameras::rows(),
         maps::rows(),
