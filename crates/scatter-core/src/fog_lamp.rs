@@ -71,10 +71,9 @@ impl<'a> FogLampIntegral<'a> {
 
     /// `∫ₐᵇ Σ σs·ρ·p(cosθ)·C·exp(−σt(F + G))/d² dt` per channel, for 0 ≤ a ≤ b ≤ ∞.
     ///
-    /// Relative error ≤ 1e-10 against adaptive quadrature (test; 1e-12 measured) over rays of up to 40 scale heights, up
-    /// and down, lamps in and above the fog, |g| ≤ 0.9, cones, and optical depths from 1e-9 to 1e3. Cost: 10 evaluations
-    /// with two exponentials and one a channel for each panel; about 10 panels a ray, and one for each two scale heights
-    /// and each few optical depths that it passes.
+    /// Relative error ≤ 2e-12 a unit of `1 + |ln L|` against adaptive quadrature (`scatter-validate`, closed_forms; 4e-15
+    /// measured) over rays of up to 40 scale heights, up, down and along, lamps in and above the fog, |g| ≤ 0.95, a cone, and
+    /// σt from 1e-9 to 3. Cost: 10 evaluations with two exponentials and one a channel for each panel; panels as above.
     pub(crate) fn interval(&self, a: f64, b: f64) -> DVec3 {
         let mut sum = DVec3::ZERO;
         if self.thickest == 0.0 {

@@ -224,26 +224,19 @@ mod tests {
         }
     }
 
-    fn shares<V: Copy>(march: &FogSunMarch<'_>, visibility: V, level: Level) -> [[f32; LANES]; 3]
-    where
-        V: for<'a> Shares<'a>,
-    {
-        visibility.of(march, level)
-    }
-
     /// Both kinds of visibility through one door: closures cannot be generic.
-    trait Shares<'a> {
-        fn of(self, march: &FogSunMarch<'a>, level: Level) -> [[f32; LANES]; 3];
+    trait Shares {
+        fn of(self, march: &FogSunMarch<'_>, level: Level) -> [[f32; LANES]; 3];
     }
 
-    impl<'a> Shares<'a> for Clear {
-        fn of(self, march: &FogSunMarch<'a>, level: Level) -> [[f32; LANES]; 3] {
+    impl Shares for Clear {
+        fn of(self, march: &FogSunMarch<'_>, level: Level) -> [[f32; LANES]; 3] {
             at_level!(level, simd => march.shares::<_, 3, true>(simd, self))
         }
     }
 
-    impl<'a> Shares<'a> for LitBefore {
-        fn of(self, march: &FogSunMarch<'a>, level: Level) -> [[f32; LANES]; 3] {
+    impl Shares for LitBefore {
+        fn of(self, march: &FogSunMarch<'_>, level: Level) -> [[f32; LANES]; 3] {
             at_level!(level, simd => march.shares::<_, 3, true>(simd, self))
         }
     }
@@ -260,11 +253,11 @@ mod tests {
                         let span = super::super::fog_window::fog_window(&fog, end, sigma);
                         let sigma_t = [sigma, 0.25 * sigma, 0.0];
                         let march = FogSunMarch::new(steps, sigma_t, (&[fog; LANES], &[span; LANES]), None);
-                        for channel in shares(&march, Clear, level) {
+                        for channel in Clear.of(&march, level) {
                             assert_eq!(channel, [1.0; LANES]);
                         }
                         let half = steps.div_ceil(2);
-                        let found = shares(&march, LitBefore(half as f32), level);
+                        let found = LitBefore(half as f32).of(&march, level);
                         let cut = span.start + (span.end - span.start) / f64::from(steps) * f64::from(half);
                         for (channel, sigma) in found.iter().zip(sigma_t) {
                             let lit = fog.sun_interval(sigma, span.start, cut);

@@ -52,15 +52,16 @@ fn the_march_in_fog_converges_to_the_walk() {
             let recipe = Recipe { textured: seed % 4 == 3, size: [9, 7], ..Recipe::of(kind) };
             let scene = foggy(seed, recipe);
             let truth = scene.render(&mut ShadowMapWalk::new());
-            let error = rel_rmse(&march(&scene, Options { steps: 65_536, jitter, distribution }), &truth);
-            // A uniform medium's 1e-3, with all light in one of the 21 scale heights that are marched.
-            assert!(error < 2e-2, "seed {seed} {kind:?} {distribution} {jitter:?}: {error:e}");
+            let error = rel_rmse(&march(&scene, Options { steps: 16_384, jitter, distribution }), &truth);
+            // A uniform medium's 1e-3 at 65,536 steps (`march_against_walk`), at a quarter of them: steps weigh as they do
+            // there where the fog is even, and are spent on at most 21 scale heights where it is not.
+            assert!(error < 4e-3, "seed {seed} {kind:?} {distribution} {jitter:?}: {error:e}");
             errors.push(error);
         }
         errors.sort_by(f64::total_cmp);
         let (median, worst) = (errors[errors.len() / 2], errors[errors.len() - 1]);
         println!(
-            "{distribution}, jitter {jitter:?}: error at 65,536 steps {median:.1e}, at worst {worst:.1e}"
+            "{distribution}, jitter {jitter:?}: error at 16,384 steps {median:.1e}, at worst {worst:.1e}"
         );
         // Most scenes have light everywhere.
         assert!(median < 1e-3, "{median:e}");

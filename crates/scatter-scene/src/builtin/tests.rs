@@ -146,7 +146,7 @@ fn bytes_are_the_same_at_every_call_and_as_pinned() {
         ("sunset", 0x628855302baa0588),
         ("haze", 0xdcb9397e0d06a129),
         ("grove-cards", 0x2973b2ea6a9abe4a),
-        ("valley-mist", 0x51bbd7d74738cfc1),
+        ("valley-mist", 0x3ee0ab5c5f433509),
     ];
     let found: Vec<(&str, u64)> = builtin_shots()
         .iter()
