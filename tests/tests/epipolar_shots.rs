@@ -8,8 +8,10 @@ use glam::DVec2;
 use raymarch_ref::ShadowMapWalk;
 use scatter::epipolar;
 use scatter::epipolar::geometry::Epipole;
-use scatter_core::{Frame, Quality, ScatterImage, ShadowMap, Target, VolumetricShadow, walked_radiance};
-use scatter_scene::{builtin_shots, export, load_shot};
+use scatter_core::{
+    Frame, Light, Quality, ScatterImage, ShadowMap, Target, VolumetricShadow, walked_radiance,
+};
+use scatter_scene::{MapResolution, builtin_shots, export, load_shot};
 use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
 use scatter_validate::staged_shot::resized;
 use scatter_validate::truths::shadow_map_truth;
@@ -64,6 +66,8 @@ struct Judged {
 struct Found {
     presets: Vec<Judged>,
     targets: Vec<Judged>,
+    /// Presets with four cascades in place of a sun's one map.
+    cascaded: Vec<Judged>,
 }
 
 fn rendered(staged: &StagedShot, target: Target) -> Measurement {
@@ -190,14 +194,23 @@ fn staged(path: &Path, size: [u32; 2], map: u32) -> StagedShot {
 
 /// Stages a shot once, renders it by every preset and every error target.
 fn find(path: &Path, most: fn(Quality) -> f64) -> Found {
-    let staged = staged(path, SIZE, MAP);
+    let mut staged = staged(path, SIZE, MAP);
     let truth = shadow_map_truth(&staged).unwrap();
     let unoccluded = unoccluded(&staged);
     let levels = [Quality::Preview, Quality::Game, Quality::Film];
-    Found {
-        presets: levels.map(|level| preset(&staged, &truth, level, most(level))).into(),
-        targets: TARGETS.map(|error| target(&staged, &truth, &unoccluded, error)).into(),
-    }
+    let presets = levels.map(|level| preset(&staged, &truth, level, most(level))).into();
+    let targets = TARGETS.map(|error| target(&staged, &truth, &unoccluded, error)).into();
+    let lights: Vec<Light> = staged.lights().map(|(light, _)| light.clone()).collect();
+    // As many texels in all.
+    let cascades = MapResolution::cascaded(MAP / 2, 4);
+    staged.restage(staged.camera().clone(), &lights, cascades).unwrap();
+    let cascaded = if staged.cascades().is_some() {
+        let truth = shadow_map_truth(&staged).unwrap();
+        levels.map(|level| preset(&staged, &truth, level, most(level))).into()
+    } else {
+        Vec::new()
+    };
+    Found { presets, targets, cascaded }
 }
 
 /// Folder with the built-in shots.
@@ -254,6 +267,20 @@ fn presets_keep_their_error_on_every_built_in_shot() {
 #[test]
 fn the_finest_preset_keeps_its_level_on_every_shared_shot() {
     judge_shared("the_finest_preset_keeps_its_level_on_every_shared_shot", |found| &found.presets);
+}
+
+#[test]
+fn with_four_cascades_presets_keep_their_error_on_every_suns_shot() {
+    let suns = BUILT_IN.iter().filter(|found| !found.cascaded.is_empty()).count();
+    assert!(suns >= 6, "{suns} shots have cascades");
+    judge(BUILT_IN.iter().flat_map(|found| &found.cascaded));
+}
+
+#[test]
+fn with_four_cascades_the_finest_preset_keeps_its_level_on_every_shared_shot() {
+    judge_shared("with_four_cascades_the_finest_preset_keeps_its_level_on_every_shared_shot", |found| {
+        &found.cascaded
+    });
 }
 
 #[test]

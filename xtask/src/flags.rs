@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use scatter::Quality;
+use scatter::{MAX_CASCADES, Quality};
 use scatter_scene::MAX_SIDE;
 
 /// Try, compare and regression-test volumetric-shadow techniques.
@@ -51,15 +51,8 @@ pub struct Rendering {
     /// Image size in pixels; the shot's own by default
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<[u32; 2]>,
-    /// Texels along a side of the shadow map [default: 2048; 512 with --quick]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SIDE)))]
-    pub shadow_map: Option<u32>,
-    /// What makes the shadow map
-    #[arg(long, value_name = "SOURCE", default_value = "raycast")]
-    pub shadow_source: ShadowSource,
-    /// Vulkan device of --shadow-source raster, by a part of its name or its number in `methods` [default: the best]
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub vulkan_device: Option<String>,
+    #[command(flatten)]
+    pub maps: Maps,
     /// Threads [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
@@ -72,6 +65,23 @@ pub struct Rendering {
     /// Small images: the whole command within a minute on two cores
     #[arg(long)]
     pub quick: bool,
+}
+
+/// Which shadow maps there are, and what makes them.
+#[derive(Debug, Clone, Args)]
+pub struct Maps {
+    /// Texels along a side of the shadow map [default: 2048; 512 with --quick]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SIDE)))]
+    pub shadow_map: Option<u32>,
+    /// Give a sun N cascades (2 to 16) of --shadow-map texels a side each, instead of one map; lamps keep their own
+    #[arg(long, value_name = "N", value_parser = cascades)]
+    pub cascades: Option<u32>,
+    /// What makes the shadow map
+    #[arg(long, value_name = "SOURCE", default_value = "raycast")]
+    pub shadow_source: ShadowSource,
+    /// Vulkan device of --shadow-source raster, by a part of its name or its number in `methods` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub vulkan_device: Option<String>,
 }
 
 /// `validate`.
@@ -90,7 +100,7 @@ pub struct Validate {
     #[arg(long = "row", value_name = "TEXT", requires = "report")]
     pub rows: Vec<String>,
     /// Prove that the checks can fail: every deliberately wrong variant must be rejected; exit 1 if one survives
-    #[arg(long, conflicts_with_all = ["shots", "report", "rows", "set", "size", "shadow_map", "vulkan_device"])]
+    #[arg(long, conflicts_with_all = ["shots", "report", "rows", "set", "size", "shadow_map", "cascades", "vulkan_device"])]
     pub mutants: bool,
     /// Grade an image that another renderer made of the one --shot: EXR, row 0 on top; what of it is taken is said
     #[arg(long, value_name = "MINE.exr")]
@@ -191,9 +201,9 @@ pub struct Shots {
     /// Find the fewest steps with which the marcher reaches each quality level (renders each shot some twenty times)
     #[arg(long)]
     pub steps: bool,
-    /// Texels along a side of the shadow map for `--steps` [default: 2048]
-    #[arg(long, value_name = "N", requires = "steps", value_parser = clap::value_parser!(u32).range(1..=16384))]
-    pub shadow_map: Option<u32>,
+    #[command(flatten)]
+    #[command(next_help_heading = "Maps of --steps and --cascades")]
+    pub maps: Maps,
     /// Print one JSON document on stdout
     #[arg(long)]
     pub json: bool,
@@ -241,6 +251,13 @@ pub enum ShadowSource {
 
 fn quality(text: &str) -> Result<Quality, String> {
     text.parse()
+}
+
+fn cascades(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(count) if (2..=MAX_CASCADES as u32).contains(&count) => Ok(count),
+        _ => Err(format!("give 2 to {MAX_CASCADES} cascades; without --cascades a sun has one map")),
+    }
 }
 
 fn key_value(text: &str) -> Result<(String, String), String> {

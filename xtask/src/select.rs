@@ -4,14 +4,16 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use raymarch_ref::MOST_STEPS;
-use scatter::{Camera, TECHNIQUES, Technique, technique};
+use scatter::{Camera, Light, TECHNIQUES, Technique, technique};
 use scatter_scene::{
-    BuiltinShot, RasterDevice, RasterOptions, Shot, builtin_shots, builtin_variants, export, load_shot,
+    BuiltinShot, MapResolution, RasterDevice, RasterOptions, Shot, builtin_shots, builtin_variants, export,
+    load_shot,
 };
 use scatter_validate::staged_shot::resized;
 use scatter_validate::{Baseline, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
-use crate::flags::{Rendering, ShadowSource};
+use crate::flags::{Maps, Rendering, ShadowSource};
+use crate::output::stderr_line;
 
 /// The technique that the others' times are compared with.
 pub const BASELINE: &str = "raymarch";
@@ -121,9 +123,9 @@ pub fn check_options(rendering: &Rendering, techniques: &[&dyn Technique]) -> an
 }
 
 /// The device that draws the maps; none where rays make them.
-pub fn raster_device(rendering: &Rendering) -> anyhow::Result<Option<RasterDevice>> {
-    let wanted = rendering.vulkan_device.as_deref();
-    if rendering.shadow_source != ShadowSource::Raster {
+pub fn raster_device(maps: &Maps) -> anyhow::Result<Option<RasterDevice>> {
+    let wanted = maps.vulkan_device.as_deref();
+    if maps.shadow_source != ShadowSource::Raster {
         if wanted.is_some() {
             bail!("--vulkan-device: rays make the maps; add --shadow-source raster");
         }
@@ -134,13 +136,34 @@ pub fn raster_device(rendering: &Rendering) -> anyhow::Result<Option<RasterDevic
     Ok(Some(RasterDevice::open(&options).context("--shadow-source raster")?))
 }
 
-/// Texels along a side of the shadow map.
-pub fn map_size(rendering: &Rendering) -> u32 {
-    rendering.shadow_map.unwrap_or(MAP_SIZE[usize::from(rendering.quick)])
+/// Texels of each light's shadow maps.
+pub fn resolution(rendering: &Rendering) -> MapResolution {
+    let Maps { shadow_map, cascades, .. } = rendering.maps;
+    let side = shadow_map.unwrap_or(MAP_SIZE[usize::from(rendering.quick)]);
+    MapResolution { side, cascades: cascades.unwrap_or(1) }
 }
 
-/// The shot at the size that was asked for.
-pub fn at_size(mut shot: Shot, rendering: &Rendering) -> anyhow::Result<Shot> {
+/// Says, once a shot, which of its lights `--cascades` does not concern.
+pub fn note_lamps(shot: &Shot, cascades: Option<u32>) {
+    let Some(count) = cascades else { return };
+    let lamps = shot.lights.iter().filter(|part| !matches!(part.light, Light::Directional(_))).count();
+    let which = match (lamps, shot.lights.len() - lamps) {
+        (0, _) => return,
+        (1, 0) => "its light is a lamp, which keeps its own map",
+        (_, 0) => "its lights are lamps, which keep their own maps",
+        _ => "its lamps keep their own maps",
+    };
+    stderr_line(&format!("note: {}: --cascades {count} is for a sun's map; {which}", shot.name));
+}
+
+/// Loads a shot at the size that was asked for.
+pub fn load(source: &ShotSource, rendering: &Rendering) -> anyhow::Result<Shot> {
+    let shot = at_size(source.load()?, rendering)?;
+    note_lamps(&shot, rendering.maps.cascades);
+    Ok(shot)
+}
+
+fn at_size(mut shot: Shot, rendering: &Rendering) -> anyhow::Result<Shot> {
     let [width, height] = shot.camera.size();
     let longest = width.max(height);
     let size = match rendering.size {

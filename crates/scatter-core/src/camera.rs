@@ -1,9 +1,13 @@
 //! Cameras: perspective, off-centre and orthographic, and the one ray through each pixel's centre.
 //!
+//! Whatever matrices an engine hands over, a perspective image is a homography of the rays through one eye and a parallel
+//! one an affine image of a plane. By a QR factorisation that is an orthonormal frame, a window and one shear; rays of a
+//! parallel camera may besides run at an angle to the frame.
+//!
 //! World space is right-handed, image x goes right and y goes down, row 0 is the top row (MODEL.md). Everything
 //! is f64 and relative to the eye, so that an eye 10⁵ units from the origin loses nothing.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::DVec3;
 
 use crate::error::{ModelError, checked, checked_direction, checked_point, checked_size};
 
@@ -21,7 +25,7 @@ pub struct ViewRay {
 pub enum Projection {
     /// All rays start at the eye; the window is measured in tangents.
     Perspective,
-    /// All rays are parallel; the window is measured in world units.
+    /// All rays are parallel, square to the window or oblique; the window is measured in world units.
     Orthographic,
 }
 
@@ -33,6 +37,10 @@ pub struct Camera {
     pub(crate) up: DVec3,
     pub(crate) forward: DVec3,
     pub(crate) window: Window,
+    /// How far the window's bottom lies to the right of its top, in the window's unit; 0 but for sheared matrices.
+    pub(crate) shear: f64,
+    /// Unit direction of a parallel camera's rays; `forward` but for oblique projections, and for perspectives.
+    pub(crate) travel: DVec3,
     pub(crate) projection: Projection,
     pub(crate) size: [u32; 2],
 }
@@ -91,40 +99,6 @@ impl Camera {
         Self::looking(eye, target, up, Projection::Orthographic, Window::centred(0.5 * height, size), size)
     }
 
-    /// The camera of an engine: column-major `view_from_world` (rigid, looking along −z, y up) and
-    /// `clip_from_view` with y up, as wgpu, Vulkan with a flipped viewport, Direct3D and Metal have it.
-    ///
-    /// The depth row of `clip_from_view` is not read: near and far belong to
-    /// [`DepthEncoding`](crate::DepthEncoding). A jittered or off-centre projection keeps its offset.
-    pub fn from_matrices(
-        view_from_world: [[f64; 4]; 4],
-        clip_from_view: [[f64; 4]; 4],
-        size: [u32; 2],
-    ) -> Result<Self, ModelError> {
-        let rigid_error = |problem| ModelError::Degenerate {
-            what: "camera view_from_world",
-            problem,
-            cure: "give a rotation and a translation, column-major, without scale",
-        };
-        let view = DMat4::from_cols_array_2d(&view_from_world);
-        let clip = DMat4::from_cols_array_2d(&clip_from_view);
-        if !view.is_finite() {
-            return Err(rigid_error("an entry is NaN or infinite"));
-        }
-        let rows = [view.row(0), view.row(1), view.row(2)].map(DVec4::truncate);
-        // 1e-4: an f32 matrix of a long-lived engine camera drifts by about 1e-6; a real scale is far off.
-        let orthonormal = |a: usize, b: usize| (rows[a].dot(rows[b]) - f64::from(a == b)).abs() < 1e-4;
-        let is_rigid = (0..3).all(|a| (a..3).all(|b| orthonormal(a, b)));
-        if !is_rigid || view.row(3) != DVec4::W {
-            return Err(rigid_error("its rows are not orthonormal"));
-        }
-        let (right, up, forward) = orthonormalised(rows[0], rows[1], -rows[2]);
-        let eye = -(view.w_axis.x * rows[0] + view.w_axis.y * rows[1] + view.w_axis.z * rows[2]);
-        let (projection, window) = Window::of_projection(&clip)?;
-        let camera = Self { eye, right, up, forward, window, projection, size };
-        camera.checked()
-    }
-
     fn looking(
         eye: [f64; 3],
         target: [f64; 3],
@@ -154,13 +128,15 @@ impl Camera {
         }
         let right = right.normalize();
         let up = right.cross(forward);
-        Self { eye, right, up, forward, window, projection, size }.checked()
+        Self { eye, right, up, forward, window, shear: 0.0, travel: forward, projection, size }.checked()
     }
 
-    fn checked(self) -> Result<Self, ModelError> {
+    pub(crate) fn checked(self) -> Result<Self, ModelError> {
         checked_size("image", self.size)?;
         let Window { left, right, bottom, top } = self.window;
-        let sane = [left, right, bottom, top].iter().all(|v| v.is_finite()) && left != right && bottom != top;
+        let sane = [left, right, bottom, top, self.shear].iter().all(|v| v.is_finite())
+            && left != right
+            && bottom != top;
         if sane {
             Ok(self)
         } else {
@@ -180,16 +156,24 @@ impl Camera {
     /// The ray through the image point `(x, y)` in pixels: `(0, 0)` is the top left corner of the image and
     /// `(0.5, 0.5)` the centre of its first pixel.
     pub fn ray(&self, x: f64, y: f64) -> ViewRay {
-        let Window { left, right, bottom, top } = self.window;
-        let u = left + (right - left) * (x / f64::from(self.size[0]));
-        let v = top + (bottom - top) * (y / f64::from(self.size[1]));
+        let [u, v] = self.window_from_image(x, y);
         let offset = self.right * u + self.up * v;
         match self.projection {
             Projection::Perspective => {
                 ViewRay { origin: DVec3::ZERO, direction: (self.forward + offset).normalize() }
             }
-            Projection::Orthographic => ViewRay { origin: offset, direction: self.forward },
+            Projection::Orthographic => ViewRay { origin: offset, direction: self.travel },
         }
+    }
+
+    /// Where the image point `(x, y)` in pixels lies in the window: how far along [`Self::right`] and [`Self::up`], in
+    /// tangents (perspective) or world units (parallel). The ray of a perspective runs along
+    /// `forward + right·u + up·v`; that of a parallel camera starts at `eye + right·u + up·v`.
+    pub fn window_from_image(&self, x: f64, y: f64) -> [f64; 2] {
+        let Window { left, right, bottom, top } = self.window;
+        let down = y / f64::from(self.size[1]);
+        let u = left + (right - left) * (x / f64::from(self.size[0])) + self.shear * down;
+        [u, top + (bottom - top) * down]
     }
 
     /// The homogeneous image point `(x·w, y·w, w)` in pixels of a world **direction** (perspective cameras: the
@@ -201,7 +185,11 @@ impl Camera {
     /// The homogeneous image point of a world **position**, as [`Self::image_from_direction`]. For an orthographic
     /// camera `w = 1` everywhere.
     pub fn image_from_world(&self, p_world: DVec3) -> DVec3 {
-        let p = p_world - self.eye;
+        let mut p = p_world - self.eye;
+        if self.projection == Projection::Orthographic && self.travel != self.forward {
+            // Back along the ray into the plane of the eye.
+            p -= self.travel * (p.dot(self.forward) / self.travel.dot(self.forward));
+        }
         let w = match self.projection {
             Projection::Perspective => p.dot(self.forward),
             Projection::Orthographic => 1.0,
@@ -211,9 +199,9 @@ impl Camera {
 
     fn image_from_view(&self, x: f64, y: f64, w: f64) -> DVec3 {
         let Window { left, right, bottom, top } = self.window;
-        let u = (x - left * w) / (right - left) * f64::from(self.size[0]);
-        let v = (y - top * w) / (bottom - top) * f64::from(self.size[1]);
-        DVec3::new(u, v, w)
+        let down = (y - top * w) / (bottom - top);
+        let u = (x - left * w - self.shear * down) / (right - left) * f64::from(self.size[0]);
+        DVec3::new(u, down * f64::from(self.size[1]), w)
     }
 
     /// The eye in world space.
@@ -231,14 +219,28 @@ impl Camera {
         self.up
     }
 
-    /// Unit view direction.
+    /// Unit vector across the image plane, away from the camera: the view direction.
     pub fn forward(&self) -> DVec3 {
         self.forward
     }
 
-    /// What the image shows.
+    /// What the image shows. Of a sheared camera its top border alone, from which lower rows are moved by
+    /// [`Self::shear`]: whoever makes rays by hand adds that, and takes the rays of a parallel camera along
+    /// [`Self::parallel_direction`].
     pub fn window(&self) -> Window {
         self.window
+    }
+
+    /// How far the window's bottom lies to the right of its top, in the window's unit. 0 but for cameras of sheared
+    /// matrices ([`Self::from_matrices`]).
+    pub fn shear(&self) -> f64 {
+        self.shear
+    }
+
+    /// Unit direction of all rays of a parallel camera, which is [`Self::forward`] but for oblique projections; `None` for
+    /// a perspective.
+    pub fn parallel_direction(&self) -> Option<DVec3> {
+        (self.projection == Projection::Orthographic).then_some(self.travel)
     }
 
     /// How pixels become rays.
@@ -259,8 +261,9 @@ impl Camera {
     /// The same camera moved by `(x, y)` pixels on its image: what a timed loop does so that no frame repeats.
     pub fn shifted(&self, x: f64, y: f64) -> Self {
         let Window { left, right, bottom, top } = self.window;
-        let dx = (right - left) * (x / f64::from(self.size[0]));
-        let dy = (bottom - top) * (y / f64::from(self.size[1]));
+        let down = y / f64::from(self.size[1]);
+        let dx = (right - left) * (x / f64::from(self.size[0])) + self.shear * down;
+        let dy = (bottom - top) * down;
         let window = Window { left: left + dx, right: right + dx, bottom: bottom + dy, top: top + dy };
         Self { window, ..self.clone() }
     }
@@ -272,46 +275,6 @@ impl Window {
         let half_width = half_height * f64::from(size[0]) / f64::from(size[1].max(1));
         Self { left: -half_width, right: half_width, bottom: -half_height, top: half_height }
     }
-
-    /// Inverts the x, y and w rows of a projection matrix: x_clip = ±w_clip are the borders.
-    fn of_projection(clip: &DMat4) -> Result<(Projection, Self), ModelError> {
-        let error = |problem| ModelError::Degenerate {
-            what: "camera clip_from_view",
-            problem,
-            cure: "give a perspective (last row 0 0 -1 0) or an orthographic one (last row 0 0 0 1), column-major",
-        };
-        let (x, y, w) = (clip.row(0), clip.row(1), clip.row(3));
-        if !(x.is_finite() && y.is_finite() && w.is_finite()) {
-            return Err(error("an entry is NaN or infinite"));
-        }
-        if x.x == 0.0 || y.y == 0.0 || x.y != 0.0 || y.x != 0.0 {
-            return Err(error("it is singular or sheared"));
-        }
-        let (projection, shift_x, shift_y) = if w == DVec4::new(0.0, 0.0, -1.0, 0.0) {
-            // x_clip = x.x·X + x.z·Z with Z = −1: the window at distance 1.
-            (Projection::Perspective, -x.z, -y.z)
-        } else if w == DVec4::W {
-            (Projection::Orthographic, x.w, y.w)
-        } else {
-            return Err(error("its last row is neither"));
-        };
-        let border = |sign: f64, shift: f64, scale: f64| (sign - shift) / scale;
-        let window = Self {
-            left: border(-1.0, shift_x, x.x),
-            right: border(1.0, shift_x, x.x),
-            bottom: border(-1.0, shift_y, y.y),
-            top: border(1.0, shift_y, y.y),
-        };
-        Ok((projection, window))
-    }
-}
-
-/// Removes the drift of an almost orthonormal frame, keeping its handedness and `forward`.
-fn orthonormalised(right: DVec3, up: DVec3, forward: DVec3) -> (DVec3, DVec3, DVec3) {
-    let forward = forward.normalize();
-    let up = (up - forward * up.dot(forward)).normalize();
-    let right = (right - forward * right.dot(forward) - up * right.dot(up)).normalize();
-    (right, up, forward)
 }
 
 #[cfg(test)]
@@ -352,37 +315,6 @@ mod tests {
     }
 
     #[test]
-    fn engine_matrices_give_the_camera_they_were_made_from() {
-        let reference = camera();
-        let view = crate::engine_matrices::look_to(reference.eye(), reference.forward(), reference.up());
-        let clip =
-            crate::engine_matrices::perspective_infinite_reversed(70f64.to_radians(), 63.0 / 41.0, 0.1);
-        let built =
-            Camera::from_matrices(view.to_cols_array_2d(), clip.to_cols_array_2d(), [63, 41]).unwrap();
-        let (a, b) = (reference.pixel_ray(5, 40), built.pixel_ray(5, 40));
-        assert!((a.direction - b.direction).length() < 1e-12);
-        // |eye| = 1e5 goes through a product with the rotation: 1e5 · 2⁻⁵² · a few.
-        assert!((reference.eye() - built.eye()).length() < 1e-9);
-    }
-
-    #[test]
-    fn an_off_centre_matrix_keeps_its_offset() {
-        let view = crate::engine_matrices::look_to(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y);
-        let window = Window { left: -0.3, right: 0.5, bottom: -0.2, top: 0.4 };
-        let mut clip = DMat4::ZERO;
-        clip.x_axis.x = 2.0 / (window.right - window.left);
-        clip.y_axis.y = 2.0 / (window.top - window.bottom);
-        clip.z_axis.x = (window.right + window.left) / (window.right - window.left);
-        clip.z_axis.y = (window.top + window.bottom) / (window.top - window.bottom);
-        clip.z_axis.w = -1.0;
-        let built = Camera::from_matrices(view.to_cols_array_2d(), clip.to_cols_array_2d(), [3, 2]).unwrap();
-        let w = built.window();
-        for (a, b) in [(w.left, -0.3), (w.right, 0.5), (w.bottom, -0.2), (w.top, 0.4)] {
-            assert!((a - b).abs() < 1e-15, "{w:?}");
-        }
-    }
-
-    #[test]
     fn shifting_by_a_pixel_moves_the_rays_by_a_pixel() {
         let camera = camera();
         let (a, b) = (camera.shifted(1.0, -2.0).ray(4.0, 9.0), camera.ray(5.0, 7.0));
@@ -400,8 +332,5 @@ mod tests {
         assert!(message(make(z, y, 180.0, [2, 3])).contains("vertical_fov"));
         assert!(message(make(z, y, f64::NAN, [2, 3])).contains("vertical_fov"));
         assert!(message(make(z, y, 60.0, [0, 3])).contains("size"));
-        let scaled = DMat4::from_scale(DVec3::splat(2.0)).to_cols_array_2d();
-        let clip = crate::engine_matrices::perspective_infinite_reversed(1.0, 1.0, 0.1).to_cols_array_2d();
-        assert!(message(Camera::from_matrices(scaled, clip, [2, 3])).contains("orthonormal"));
     }
 }

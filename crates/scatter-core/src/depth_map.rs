@@ -2,9 +2,12 @@
 //!
 //! A [`DepthMap`] stores the distance **along the ray** in world units, `+∞` for "no surface". Engines hold a depth
 //! buffer: forward or reversed z, finite or infinite far plane, z in [0, 1] (wgpu, Vulkan, Direct3D, Metal), or a
-//! linear view-space z. [`DepthEncoding`] converts both ways for perspective and orthographic cameras.
+//! linear view-space z. [`DepthEncoding`] converts both ways for perspective and orthographic cameras: by near and far
+//! planes, or by the engine's matrix, which may then have an oblique near plane, too.
 
 use crate::camera::{Camera, Projection};
+use crate::clip_depth::ClipDepth;
+use crate::clip_space::ClipSpace;
 use crate::error::{ModelError, checked, checked_len, checked_size, checked_texels};
 
 /// Distances along the pixels' rays \[world units\], ≥ 0 or `+∞`; `[y][x]`, row 0 on top.
@@ -39,7 +42,11 @@ impl<'a> DepthMap<'a> {
     }
 }
 
-/// How an engine's depth buffer encodes distance. All z are in [0, 1]; the cleared value means "no surface".
+/// How an engine's depth buffer encodes distance. All z are in [0, 1]; the cleared value means "no surface". (OpenGL stores
+/// its z/w of −1 to 1 as 0 to 1, which is `Forward`.) Near, far and view z are counted from the eye along the camera's
+/// [`forward`](Camera::forward): of a matrix whose eye lies before or behind the view's origin, or whose near plane is
+/// oblique, use `Clip`, which reads the matrix itself. Its twin for shadow maps is
+/// [`ShadowDepthEncoding`](crate::ShadowDepthEncoding).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DepthEncoding {
     /// 0 at `near`, 1 at `far` (cleared: 1).
@@ -65,6 +72,14 @@ pub enum DepthEncoding {
     ReversedInfinite {
         /// Near plane \[world units\], > 0.
         near: f64,
+    },
+    /// z/w through the matrix that the depth buffer was rendered with, which must be the camera's own: any near and far
+    /// plane, oblique ones too (cleared: 1, or 0 of reversed z).
+    Clip {
+        /// `clip_from_view · view_from_world`, column-major; multiply in f64 where the eye is far from the origin.
+        clip_from_world: [[f64; 4]; 4],
+        /// Where row 0 is and how z runs.
+        space: ClipSpace,
     },
     /// Distance along the view direction \[world units\], `+∞` for no surface.
     ViewZ,
@@ -94,6 +109,9 @@ impl DepthEncoding {
             )?;
         }
         out.clear();
+        if let Self::Clip { clip_from_world, space } = *self {
+            return ClipDepth::new(camera, clip_from_world, space)?.decode(encoded, out);
+        }
         out.extend(encoded.iter().enumerate().map(|(index, &texel)| {
             let stretch = stretch_of(camera, index, self);
             (self.view_z(camera.projection(), texel.into()) * stretch).max(0.0) as f32
@@ -106,6 +124,10 @@ impl DepthEncoding {
         self.checked(camera)?;
         let map = DepthMap::new(along_ray, camera.size())?;
         out.clear();
+        if let Self::Clip { clip_from_world, space } = *self {
+            ClipDepth::new(camera, clip_from_world, space)?.encode(map.texels(), out);
+            return Ok(());
+        }
         out.extend(map.texels().iter().enumerate().map(|(index, &distance)| {
             let view_z = f64::from(distance) / stretch_of(camera, index, self);
             self.texel(camera.projection(), view_z) as f32
@@ -130,7 +152,7 @@ impl DepthEncoding {
                     ));
                 }
             }
-            Self::ViewZ | Self::AlongRay => {}
+            Self::Clip { .. } | Self::ViewZ | Self::AlongRay => {}
         }
         Ok(())
     }
@@ -140,7 +162,7 @@ impl DepthEncoding {
         let cleared = match self {
             Self::Forward { .. } | Self::ForwardInfinite { .. } => z == 1.0,
             Self::Reversed { .. } | Self::ReversedInfinite { .. } => z == 0.0,
-            Self::ViewZ | Self::AlongRay => return z,
+            Self::Clip { .. } | Self::ViewZ | Self::AlongRay => return z,
         };
         if cleared {
             return f64::INFINITY;
@@ -153,7 +175,7 @@ impl DepthEncoding {
             (Self::Reversed { near, far }, Projection::Orthographic) => far - z * (far - near),
             (Self::ForwardInfinite { near }, _) => near / (1.0 - z),
             (Self::ReversedInfinite { near }, _) => near / z,
-            (Self::ViewZ | Self::AlongRay, _) => z,
+            (Self::Clip { .. } | Self::ViewZ | Self::AlongRay, _) => z,
         }
     }
 
@@ -175,7 +197,7 @@ impl DepthEncoding {
             .clamp(0.0, 1.0),
             Self::ForwardInfinite { near } => (1.0 - near / view_z).clamp(0.0, 1.0),
             Self::ReversedInfinite { near } => (near / view_z).clamp(0.0, 1.0),
-            Self::ViewZ | Self::AlongRay => view_z,
+            Self::Clip { .. } | Self::ViewZ | Self::AlongRay => view_z,
         }
     }
 }

@@ -78,9 +78,9 @@ kinds! {
     CameraKind {
         /// Rays through one eye, the window centred on the view direction.
         Perspective = "perspective", "a perspective camera";
-        /// Rays through one eye, any window.
+        /// Rays through one eye, any window, sheared ones too.
         OffCentre = "off-centre", "an off-centre perspective camera";
-        /// Parallel rays.
+        /// Parallel rays, square to the image plane or oblique.
         Orthographic = "orthographic", "an orthographic camera";
     }
 }
@@ -124,14 +124,17 @@ impl LightKind {
 }
 
 impl CameraKind {
-    /// Of a camera. A perspective window counts as centred if its borders mirror each other to 1e-12 of its size.
+    /// Of a camera. A perspective window counts as centred if its borders mirror each other to 1e-6 of its size, which
+    /// is what matrices of f32 round.
     pub fn of(camera: &Camera) -> Self {
-        let Camera { eye: _, right: _, up: _, forward: _, window, projection, size: _ } = camera;
+        let Camera { eye: _, right: _, up: _, forward: _, window, shear, travel: _, projection, size: _ } =
+            camera;
         let &Window { left, right, bottom, top } = window;
-        let off = |a: f64, b: f64| (a + b).abs() > 1e-12 * (a - b).abs();
+        let off = |a: f64, b: f64| (a + b).abs() > 1e-6 * (a - b).abs();
+        let sheared = shear.abs() > 1e-6 * (left - right).abs();
         match projection {
             Projection::Orthographic => Self::Orthographic,
-            Projection::Perspective if off(left, right) || off(bottom, top) => Self::OffCentre,
+            Projection::Perspective if sheared || off(left, right) || off(bottom, top) => Self::OffCentre,
             Projection::Perspective => Self::Perspective,
         }
     }

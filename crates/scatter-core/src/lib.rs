@@ -5,7 +5,12 @@
 //! behind [`VolumetricShadow`] fills a [`ScatterImage`]. In between lie the closed forms of one lit interval, which
 //! all techniques share, and the [`SceneFacts`] that tell them what a scene does not need.
 
+mod clip_rows;
+mod clip_space;
+
 mod camera;
+mod camera_matrices;
+mod clip_depth;
 mod depth_map;
 mod fog_ray;
 mod height_falloff;
@@ -13,6 +18,7 @@ mod light;
 mod map_projection;
 mod medium;
 mod phase;
+mod shadow_depth;
 mod shadow_map;
 mod texel_walk;
 
@@ -60,6 +66,7 @@ mod engine_matrices;
 
 pub use camera::{Camera, Projection, ViewRay, Window};
 pub use capabilities::{Capabilities, Limits};
+pub use clip_space::ClipSpace;
 pub use depth_map::{DepthEncoding, DepthMap};
 pub use error::ModelError;
 #[doc(no_inline)]
@@ -90,6 +97,7 @@ pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
 pub use scatter_image::ScatterImage;
 pub use scene_facts::SceneFacts;
 pub use setup::Setup;
+pub use shadow_depth::ShadowDepthEncoding;
 pub use shadow_map::{CubeShadow, ShadowLayer, ShadowMap};
 pub use simd::{Level, simd_level};
 pub use sun_integral_f32::{SunIntegralF32, transmittances_f32, transmittances_of_pixels_f32};

@@ -4,8 +4,10 @@
 //! (point light): three affine rows that turn a world point into texel coordinates and a depth that is **linear
 //! along the light's axis**. Texels are half-open, row 0 on top (MODEL.md, Conventions). f64.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DVec3, DVec4};
 
+use crate::clip_rows::ClipRows;
+use crate::clip_space::ClipSpace;
 use crate::error::{ModelError, checked, checked_direction, checked_point, checked_size};
 
 /// Where a map's texels are in the world: `texel_from_world`.
@@ -78,33 +80,43 @@ impl MapProjection {
         Self::from_axes(position, right, down, forward, size).checked()
     }
 
-    /// The projection of an engine: column-major `clip_from_world` with x right and y up in [−1, 1].
+    /// The projection of an engine: column-major `clip_from_world` with row 0 at y/w = +1 and z/w that grows with distance
+    /// from 0 on. Reversed z, and other clip spaces: [`Self::from_clip_from_world_in`].
     ///
-    /// Affine matrices (last row 0 0 0 1) give depth from the z row as it is, scaled so that it counts world units;
-    /// others give depth from the w row, the distance along the light's axis.
+    /// Parallel matrices (last row 0 0 0 1, to the rounding of f32) give depth from the z row, scaled so that it counts
+    /// world units; others give depth from the w row, the distance along the light's axis, and their z row matters to
+    /// encoded texels alone ([`ShadowDepthEncoding`](crate::ShadowDepthEncoding)). A common factor of all rows means nothing.
+    ///
+    /// # Errors
+    ///
+    /// Entries that are NaN or infinite, singular matrices, and such as see nothing (w < 0 everywhere).
     pub fn from_clip_from_world(clip_from_world: [[f64; 4]; 4], size: [u32; 2]) -> Result<Self, ModelError> {
-        let clip = DMat4::from_cols_array_2d(&clip_from_world);
-        let singular = |problem| ModelError::Degenerate {
-            what: "shadow map clip_from_world",
-            problem,
-            cure: "give an invertible column-major matrix",
-        };
-        // 1e-300: a determinant of 0 or of a denormal has no inverse that f64 holds.
-        if !clip.is_finite() {
-            return Err(singular("an entry is NaN or infinite"));
-        }
-        if clip.determinant().abs() < 1e-300 {
-            return Err(singular("it is singular"));
-        }
-        let (x, y, z, w) = (clip.row(0), clip.row(1), clip.row(2), clip.row(3));
-        let perspective = w != DVec4::W;
-        let axis = if perspective { w } else { z };
-        let unit = 1.0 / axis.truncate().length();
+        Self::from_clip_from_world_in(clip_from_world, ClipSpace::WGPU, size)
+    }
+
+    /// As [`Self::from_clip_from_world`], in the engine's clip space. Depth is counted from the near plane of a parallel
+    /// map on, whichever way z/w runs, and from the lamp on of a perspective one.
+    pub fn from_clip_from_world_in(
+        clip_from_world: [[f64; 4]; 4],
+        space: ClipSpace,
+        size: [u32; 2],
+    ) -> Result<Self, ModelError> {
+        let mut clip = ClipRows::new(clip_from_world, "shadow map clip_from_world")?;
+        clip.y = space.y_up(clip.y);
         let [half_u, half_v] = size.map(|n| 0.5 * f64::from(n));
-        // Perspective: u/depth must be texels, so all three rows share the factor `unit`.
-        let scale = if perspective { unit } else { 1.0 };
-        let rows = [(x + w) * half_u * scale, (w - y) * half_v * scale, axis * unit];
-        Self { rows, perspective, size }.checked()
+        let parallel = clip.parallel()?;
+        let ClipRows { x, y, z, w, .. } = parallel.unwrap_or(clip);
+        let axis = if parallel.is_some() { z } else { w };
+        clip.inverse_of(axis.truncate())?;
+        let unit = 1.0 / axis.truncate().length();
+        let rows = if parallel.is_some() {
+            let depth = (axis - w * space.near()) * (space.sign() * unit);
+            [(x + w) * half_u, (w - y) * half_v, depth]
+        } else {
+            // u/depth must be texels, so all three rows share the factor `unit`.
+            [(x + w) * half_u * unit, (w - y) * half_v * unit, axis * unit]
+        };
+        Self { rows, perspective: parallel.is_none(), size }.checked()
     }
 
     /// For constants: what these rows mean is not checked.

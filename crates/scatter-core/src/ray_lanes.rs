@@ -50,7 +50,9 @@ impl RayLanes {
     pub fn of_pixels(camera: &Camera, x: u32, y: u32) -> Self {
         let Window { left, right, bottom, top } = camera.window();
         let size = camera.size().map(f64::from);
-        let v = top + (bottom - top) * ((f64::from(y) + 0.5) / size[1]);
+        let down = (f64::from(y) + 0.5) / size[1];
+        let v = top + (bottom - top) * down;
+        let left_of_row = left + camera.shear() * down;
         let (first, step) = (f64::from(x) + 0.5, (right - left) / size[0]);
         let up = camera.up() * v;
         let (line, across) = match camera.projection() {
@@ -61,12 +63,12 @@ impl RayLanes {
         for (ways, (line, across)) in ways.iter_mut().zip(line.to_array().into_iter().zip(across.to_array()))
         {
             for (lane, way) in ways.iter_mut().enumerate() {
-                let u = left + step * (first + lane as f64);
+                let u = left_of_row + step * (first + lane as f64);
                 *way = line + across * u;
             }
         }
-        if camera.projection() == Projection::Orthographic {
-            return Self { origin: ways, direction: camera.forward().to_array().map(|axis| [axis; LANES]) };
+        if let Some(travel) = camera.parallel_direction() {
+            return Self { origin: ways, direction: travel.to_array().map(|axis| [axis; LANES]) };
         }
         let [x, y, z] = &mut ways;
         for lane in 0..LANES {
@@ -252,6 +254,8 @@ mod tests {
         for camera in [
             Camera::perspective(eye, target, up, 70.0, [37, 11]).unwrap(),
             Camera::orthographic(eye, target, up, 3.0, [37, 11]).unwrap(),
+            crate::engine_matrices::sheared_camera([37, 11]),
+            crate::engine_matrices::oblique_camera([37, 11]),
         ] {
             for (x, y) in [(0, 0), (16, 5), (32, 10)] {
                 let rays = RayLanes::of_pixels(&camera, x, y);

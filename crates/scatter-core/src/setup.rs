@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use crate::camera::Camera;
+use crate::clip_rows::ROUNDING;
 use crate::cube_faces::covers_the_sphere;
 use crate::error::ModelError;
 use crate::kinds::MapKind;
@@ -89,6 +90,9 @@ impl<'a> Setup<'a> {
     }
 }
 
+/// What errors call a map.
+const MAP: &str = "the shadow map";
+
 fn check_range(max_distance: f64, light: &Light, medium: &Medium) -> Result<(), ModelError> {
     if !(max_distance >= 0.0) {
         return Err(ModelError::OutOfRange {
@@ -130,14 +134,11 @@ fn check_maps(light: &Light, maps: &MapLayout) -> Result<(), ModelError> {
             for projection in projections {
                 if projection.is_perspective() {
                     return mismatch(
-                        "a directional light has a perspective shadow map; give a parallel projection",
+                        "a directional light has a perspective shadow map; give a parallel projection (last row 0 0 0 1 \
+                         in column-major order)",
                     );
                 }
-                if !looks_along(projection, sun) {
-                    return mismatch(
-                        "the shadow map does not look along the directional light; build it from light.direction",
-                    );
-                }
+                check_direction(MAP, projection, sun)?;
             }
             Ok(())
         }
@@ -145,7 +146,7 @@ fn check_maps(light: &Light, maps: &MapLayout) -> Result<(), ModelError> {
             mismatch("a directional light needs an orthographic shadow map, cascades, or none")
         }
         (Light::Point(_) | Light::Spot(_), MapKind::Cube) => {
-            projections.iter().try_for_each(|projection| map_at_the_lamp(light, projection))
+            projections.iter().try_for_each(|projection| check_centre(MAP, light, projection))
         }
         (Light::Point(_) | Light::Spot(_), MapKind::Faces) => check_faces(light, projections),
         (Light::Point(_), _) => mismatch("a point light needs a cube shadow map, six faces, or none"),
@@ -153,7 +154,7 @@ fn check_maps(light: &Light, maps: &MapLayout) -> Result<(), ModelError> {
             if !projections.iter().all(MapProjection::is_perspective) {
                 return mismatch("a spot light has a parallel shadow map; give a perspective projection");
             }
-            projections.iter().try_for_each(|projection| map_at_the_lamp(light, projection))
+            projections.iter().try_for_each(|projection| check_centre(MAP, light, projection))
         }
         (Light::Spot(_), _) => {
             mismatch("a spot light needs a perspective or a cube shadow map, six faces, or none")
@@ -169,7 +170,7 @@ fn check_faces(light: &Light, faces: &[MapProjection]) -> Result<(), ModelError>
                 "a face of the cube map is parallel or not square; give six square perspective faces",
             );
         }
-        map_at_the_lamp(light, face)?;
+        check_centre(MAP, light, face)?;
     }
     if covers_the_sphere(faces) {
         Ok(())
@@ -181,43 +182,62 @@ fn check_faces(light: &Light, faces: &[MapProjection]) -> Result<(), ModelError>
     }
 }
 
-fn map_at_the_lamp(light: &Light, projection: &MapProjection) -> Result<(), ModelError> {
-    match projection.centre() {
-        Some(centre) if at_the_lamp(light, centre) => Ok(()),
-        Some(_) => mismatch("the shadow map's centre is not at the lamp; build it from light.position"),
-        None => mismatch("the shadow map has a singular projection; build it from the lamp"),
-    }
-}
-
 fn check_texture(light: &Light, projection: &MapProjection) -> Result<(), ModelError> {
     match light {
         Light::Directional(_) if projection.is_perspective() => {
             mismatch("a directional light has a perspective texture; give it a parallel projection")
         }
-        Light::Directional(sun) if !looks_along(projection, sun) => mismatch(
-            "the texture does not look along the directional light; build its projection from light.direction",
-        ),
-        Light::Directional(_) => Ok(()),
+        Light::Directional(sun) => check_direction("the texture", projection, sun),
         Light::Point(_) | Light::Spot(_) if !projection.is_perspective() => {
             mismatch("a lamp has a parallel texture; give it a perspective projection from light.position")
         }
-        Light::Point(_) | Light::Spot(_) => match projection.centre() {
-            Some(centre) if at_the_lamp(light, centre) => Ok(()),
-            _ => mismatch("the texture is not centred at the lamp; build its projection from light.position"),
-        },
+        Light::Point(_) | Light::Spot(_) => check_centre("the texture", light, projection),
     }
 }
 
-/// Whether light rays keep to one texel and go deeper: 1e-6 texels a texel's width of depth allow for f32 matrices.
-fn looks_along(projection: &MapProjection, sun: &DirectionalLight) -> bool {
-    let [u, v, depth] = projection.rows().map(|row| row.truncate().dot(sun.direction()));
-    let scale = projection.rows().map(|row| row.truncate().length());
-    depth > 0.0 && u.abs() <= 1e-6 * scale[0] && v.abs() <= 1e-6 * scale[1]
+/// How far a map may look off its sun \[radians\]: 2⁻¹⁸. Directions and rows of f32 hold 2⁻²⁴ of their length; a rotation made
+/// of a quaternion, inverted and multiplied with a projection comes to 2⁻²¹, and a sun's direction read off another matrix
+/// to as much (`tests/engine_matrices` prints the margin). What the angle moves a shadow by is below f32, too: 4e-6 of
+/// the way from the surface that casts it.
+const ALIGNED: f64 = 4.0 * ROUNDING;
+
+/// The light rays of a parallel map, along which u and v are constant and depth grows, against the sun's direction.
+fn check_direction(what: &str, projection: &MapProjection, sun: &DirectionalLight) -> Result<(), ModelError> {
+    let [u, v, depth] = projection.rows().map(|row| row.truncate());
+    let null = (u / u.abs().max_element()).cross(v / v.abs().max_element());
+    let along = if depth.dot(null) < 0.0 { -null } else { null };
+    let angle = along.cross(sun.direction()).length().atan2(along.dot(sun.direction()));
+    if angle <= ALIGNED {
+        return Ok(());
+    }
+    let degrees = angle.to_degrees();
+    let cure = if angle > std::f64::consts::FRAC_PI_2 {
+        "build it from light.direction, the way the light travels; of reversed z, say ClipSpace::reversed()"
+    } else {
+        "build it from light.direction"
+    };
+    Err(ModelError::Mismatch(format!(
+        "{what} does not look along the directional light but {degrees:.6}° off it; {cure}"
+    )))
 }
 
-/// A map's centre against the lamp's: 1e-5 of their distance from the origin allows for f32 matrices.
-fn at_the_lamp(light: &Light, centre: DVec3) -> bool {
-    light.position().is_some_and(|position| centre.distance(position) <= 1e-5 * (1.0 + position.length()))
+/// A map's centre against the lamp's: an error beyond 1e-5 of their distance from the origin. Each of the three numbers
+/// that the centre is solved from is a sum of three products of f32, right to 2⁻²³ of that distance; an inverse and a
+/// product in f32 make it 2⁻²⁰.
+fn check_centre(what: &str, light: &Light, projection: &MapProjection) -> Result<(), ModelError> {
+    let Some(centre) = projection.centre() else {
+        return Err(ModelError::Mismatch(format!(
+            "{what} has a singular projection; build it from the lamp"
+        )));
+    };
+    let position = light.position().unwrap_or(DVec3::ZERO);
+    let distance = centre.distance(position);
+    if distance <= 1e-5 * (1.0 + position.length()) {
+        return Ok(());
+    }
+    Err(ModelError::Mismatch(format!(
+        "{what} is not at the lamp but its centre {distance:.6} from it; build it from light.position"
+    )))
 }
 
 #[cfg(test)]
@@ -273,10 +293,7 @@ mod tests {
             assert_eq!(texture(lamp, cone(LAMP, UP, [1.0, -1.0, 0.3])), "");
             assert!(texture(lamp, parallel(DOWN)).contains("perspective projection from light.position"));
             let message = texture(lamp, cone([1.0, 2.001, 3.0], UP, DOWN));
-            assert!(
-                message.contains("not centred at the lamp") && message.contains("light.position"),
-                "{message}"
-            );
+            assert!(message.contains("not at the lamp") && message.contains("light.position"), "{message}");
         }
         // What f32 matrices round is allowed.
         assert_eq!(texture(&spot(), cone([1.0, 2.0 + 1e-6, 3.0], UP, DOWN)), "");

@@ -18,10 +18,16 @@ pub struct ShadowLayer<'a> {
 
 impl<'a> ShadowLayer<'a> {
     /// Borrows depths, `[row][column]`, `+∞` for "no surface"; checks every texel once. A depth may be any number
-    /// ≥ 0 that the projection can produce.
+    /// ≥ 0 that the projection can produce. What an engine's pass wrote (z/w, distances) is made such depths by
+    /// [`ShadowDepthEncoding`](crate::ShadowDepthEncoding).
     pub fn new(projection: MapProjection, texels: &'a [f32]) -> Result<Self, ModelError> {
         checked_shadow_texels(texels, projection.size(), 1)?;
         Ok(Self { projection, texels })
+    }
+
+    /// Of depths that are known to be sane, one a texel.
+    pub(crate) fn from_checked(projection: MapProjection, texels: &'a [f32]) -> Self {
+        Self { projection, texels }
     }
 
     /// Where the texels are.

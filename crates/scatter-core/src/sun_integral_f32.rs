@@ -42,6 +42,7 @@ pub struct SunIntegralF32<'a> {
     right: Vec3,
     up: Vec3,
     window: [f64; 4],
+    shear: f64,
     size: [f64; 2],
     parallel_rays: bool,
     /// `E·Σ σs·p` if no phase function depends on the angle.
@@ -69,10 +70,11 @@ impl<'a> SunIntegralF32<'a> {
             grey: medium.is_grey(),
             irradiance,
             to_light: (-sun.direction()).as_vec3(),
-            forward: camera.forward().as_vec3(),
+            forward: camera.parallel_direction().unwrap_or(camera.forward()).as_vec3(),
             right: camera.right().as_vec3(),
             up: camera.up().as_vec3(),
             window: [left, right, bottom, top],
+            shear: camera.shear(),
             size: camera.size().map(f64::from),
             parallel_rays: camera.projection() == Projection::Orthographic,
             constant: isotropic.then(|| (irradiance * medium.scattering_towards(0.0)).as_vec3()),
@@ -146,9 +148,10 @@ impl<'a> SunIntegralF32<'a> {
             return constant.to_array().map(|value| [value; LANES]);
         }
         let [left, right, bottom, top] = self.window;
-        let v = (top + (bottom - top) * ((f64::from(y) + 0.5) / self.size[1])) as f32;
-        let (first, step) =
-            (left + (right - left) * ((f64::from(x) + 0.5) / self.size[0]), (right - left) / self.size[0]);
+        let down = (f64::from(y) + 0.5) / self.size[1];
+        let v = (top + (bottom - top) * down) as f32;
+        let first = left + (right - left) * ((f64::from(x) + 0.5) / self.size[0]) + self.shear * down;
+        let step = (right - left) / self.size[0];
         let line = if self.parallel_rays { self.forward } else { self.forward + self.up * v };
         let across = if self.parallel_rays { Vec3::ZERO } else { self.right };
         let (mut towards, mut away) = ([0.0f32; LANES], [0.0f32; LANES]);
@@ -396,7 +399,12 @@ mod tests {
     fn whole_rays_are_the_intervals_that_start_at_the_eye() {
         let sizes = [48, 3];
         let (eye, target, up) = ([0.0, 2.0, -3.0], [1.0, 4.0, 20.0], [0.0, 1.0, 0.0]);
-        let cameras = [camera(), Camera::orthographic(eye, target, up, 5.0, sizes).unwrap()];
+        let cameras = [
+            camera(),
+            Camera::orthographic(eye, target, up, 5.0, sizes).unwrap(),
+            crate::engine_matrices::sheared_camera(sizes),
+            crate::engine_matrices::oblique_camera(sizes),
+        ];
         for camera in &cameras {
             for medium in &media() {
                 let light = Light::directional([0.3, -0.2, -1.0], [5.0, 2.0, 1.0]).unwrap();

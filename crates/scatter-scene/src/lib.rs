@@ -11,6 +11,7 @@ mod gltf;
 mod image_file;
 mod limits;
 mod load;
+mod map_resolution;
 mod maps;
 mod obj;
 mod radiance_image;
@@ -35,6 +36,7 @@ pub use fit::{FittedMap, fit_map};
 pub use image_file::{Mask, encode_png, read_linear_rgb, read_mask, write_png};
 pub use limits::{MAX_COORDINATE, MAX_POSITIONS, MAX_TRIANGLES};
 pub use load::load_scene;
+pub use map_resolution::MapResolution;
 pub use maps::ShotMaps;
 pub use radiance_image::{MAX_PIXELS, MAX_SIDE, RadianceImage};
 #[cfg(feature = "raster")]

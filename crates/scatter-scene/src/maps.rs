@@ -1,12 +1,13 @@
 //! The maps of a shot, made once and lent to frames: depth along the view rays, and the light's shadow maps.
 
 use scatter_core::{
-    Camera, CubeShadow, DepthMap, Light, MAX_CASCADES, MapError, MapProjection, MapSource, ModelError,
-    ShadowLayer, ShadowMap,
+    Camera, CubeShadow, DepthMap, Light, MapError, MapProjection, MapSource, ModelError, ShadowLayer,
+    ShadowMap,
 };
 
 use crate::caster::SceneCaster;
-use crate::fit::{FittedMap, fit_cascades, fit_map};
+use crate::fit::{FittedMap, fit_map};
+use crate::map_resolution::MapResolution;
 
 /// Depth and shadow texels with their projections; frames borrow them.
 #[derive(Debug, Clone)]
@@ -19,15 +20,15 @@ pub struct ShotMaps {
 }
 
 impl ShotMaps {
-    /// Casts both maps: `map_size` texels a side, fitted by [`fit_map`].
+    /// Casts both maps, at a resolution (a number is one map of so many texels a side), fitted by [`fit_map`].
     pub fn build(
         caster: &SceneCaster,
         camera: &Camera,
         light: &Light,
         max_distance: f64,
-        map_size: u32,
+        resolution: impl Into<MapResolution>,
     ) -> Result<Self, ModelError> {
-        Self::build_from(caster, caster, camera, light, max_distance, map_size).map_err(of_casts)
+        Self::build_from(caster, caster, camera, light, max_distance, resolution).map_err(of_casts)
     }
 
     /// As [`Self::build`], with maps made by any source; `caster` holds the same scene, and fits the map.
@@ -37,52 +38,13 @@ impl ShotMaps {
         camera: &Camera,
         light: &Light,
         max_distance: f64,
-        map_size: u32,
+        resolution: impl Into<MapResolution>,
     ) -> Result<Self, MapError> {
-        let mut depth = Vec::new();
-        source.depth_map(camera, &mut depth)?;
-        let fitted =
-            fit_map(caster, camera, DepthMap::new(&depth, camera.size())?, light, max_distance, map_size)?;
-        Self::with_shadow(source, camera, depth, fitted)
-    }
-
-    /// As [`Self::build`], with `count` cascades for a directional light (1 to 16); other lights have none, and get
-    /// their one map.
-    pub fn build_cascaded(
-        caster: &SceneCaster,
-        camera: &Camera,
-        light: &Light,
-        max_distance: f64,
-        map_size: u32,
-        count: u32,
-    ) -> Result<Self, ModelError> {
-        Self::build_cascaded_from(caster, caster, camera, light, max_distance, map_size, count)
-            .map_err(of_casts)
-    }
-
-    /// As [`Self::build_cascaded`], with maps made by any source.
-    pub fn build_cascaded_from(
-        source: &dyn MapSource,
-        caster: &SceneCaster,
-        camera: &Camera,
-        light: &Light,
-        max_distance: f64,
-        map_size: u32,
-        count: u32,
-    ) -> Result<Self, MapError> {
-        let Light::Directional(sun) = light else {
-            return Self::build_from(source, caster, camera, light, max_distance, map_size);
-        };
-        if !(1..=MAX_CASCADES as u32).contains(&count) {
-            let field = "cascade count".to_string();
-            return Err(
-                ModelError::OutOfRange { field, value: count.into(), range: "1 to 16 cascades" }.into()
-            );
-        }
+        let resolution = resolution.into().checked()?;
         let mut depth = Vec::new();
         source.depth_map(camera, &mut depth)?;
         let map = DepthMap::new(&depth, camera.size())?;
-        let fitted = fit_cascades(caster, camera, map, sun.direction(), max_distance, map_size, count)?;
+        let fitted = fit_map(caster, camera, map, light, max_distance, resolution)?;
         Self::with_shadow(source, camera, depth, fitted)
     }
 

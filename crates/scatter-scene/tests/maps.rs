@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3, DVec4};
 use scatter_core::{
     Camera, DepthMap, Frame, Light, MapProjection, MapSource, Medium, Phase, ShadowMap, cube_face_of,
 };
-use scatter_scene::{FittedMap, Scene, SceneCaster, ShotMaps, fit_map};
+use scatter_scene::{FittedMap, MapResolution, Scene, SceneCaster, ShotMaps, fit_map};
 use scatter_testing::Random;
 
 fn soup(random: &mut Random, count: u32, centre: DVec3) -> Scene {
@@ -233,7 +233,9 @@ fn whatever_shadows_a_visible_point_lies_inside_of_the_map() {
         let max_distance = [15.0, f64::INFINITY][round / 2 % 2];
         for size in [1, 2, 64] {
             let single = ShotMaps::build(&caster, &camera, &light, max_distance, size).unwrap();
-            let cascaded = ShotMaps::build_cascaded(&caster, &camera, &light, max_distance, size, 3).unwrap();
+            let cascaded =
+                ShotMaps::build(&caster, &camera, &light, max_distance, MapResolution::cascaded(size, 3))
+                    .unwrap();
             for maps in [&single, &cascaded] {
                 let mut layers = Vec::new();
                 let shadow = maps.shadow_map(&mut layers).unwrap();
@@ -324,7 +326,7 @@ fn the_last_bits_of_a_depth_move_no_texel() {
         caster.depth_map(&camera, &mut depth);
         let fit = |depth: &[f32]| {
             let map = DepthMap::new(depth, camera.size()).unwrap();
-            fit_map(&caster, &camera, map, &light, 20.0, 64).unwrap()
+            fit_map(&caster, &camera, map, &light, 20.0, 64.into()).unwrap()
         };
         let other: Vec<f32> = depth.iter().map(|d| d * (1.0 + f32::EPSILON)).collect();
         same += usize::from(fit(&depth) == fit(&other));
@@ -353,9 +355,14 @@ fn maps_survive_scenes_without_size_and_cameras_that_see_nothing() {
                     Camera::perspective([5.0, 5.0, 5.0], target, [0.0, 1.0, 0.0], 40.0, [3, 1]).unwrap();
                 for (size, max_distance) in [(1, 10.0), (7, f64::INFINITY), (7, 0.0)] {
                     for count in [1, 4] {
-                        let maps =
-                            ShotMaps::build_cascaded(&caster, &camera, &light, max_distance, size, count)
-                                .unwrap();
+                        let maps = ShotMaps::build(
+                            &caster,
+                            &camera,
+                            &light,
+                            max_distance,
+                            MapResolution::cascaded(size, count),
+                        )
+                        .unwrap();
                         let mut layers = Vec::new();
                         let shadow = maps.shadow_map(&mut layers).unwrap();
                         let depth = maps.depth_map().unwrap();

@@ -4,6 +4,7 @@
 //! the shadow map's error. Truths are rendered once, when the shot is judged or staged anew.
 
 use scatter_core::{Camera, Light};
+use scatter_scene::MapResolution;
 
 use crate::figures::{Figures, Labelled, compare};
 use crate::judge_error::JudgeError;
@@ -34,8 +35,13 @@ impl MapJudgedShot {
     }
 
     /// Moves camera and lights and makes maps anew ([`StagedShot::restage`]), and truth with them.
-    pub fn restage(&mut self, camera: Camera, lights: &[Light], map_size: u32) -> Result<(), StageError> {
-        self.shot.restage(camera, lights, map_size)?;
+    pub fn restage(
+        &mut self,
+        camera: Camera,
+        lights: &[Light],
+        resolution: impl Into<MapResolution>,
+    ) -> Result<(), StageError> {
+        self.shot.restage(camera, lights, resolution)?;
         self.truth = shadow_map_truth(&self.shot)?;
         Ok(())
     }

@@ -32,6 +32,7 @@ pub mod step_search;
 pub mod survey;
 pub mod tolerance;
 
+pub mod cascade_gain;
 mod columns;
 pub mod machine;
 pub mod maps_table;
@@ -44,6 +45,7 @@ pub mod plot;
 pub mod tradeoff;
 
 pub use baseline::Baseline;
+pub use cascade_gain::{CascadeGain, MapError, cascade_gain};
 pub use contender::Contender;
 pub use figures::{CompareError, Figures, Labelled, compare};
 pub use judge_error::JudgeError;

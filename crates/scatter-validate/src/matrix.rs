@@ -96,7 +96,7 @@ impl Matrix<'_> {
     fn judged(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<JudgedShot, JudgeError> {
         let name = shot.name.clone();
         progress(&format!("{name}: maps"));
-        let shot = StagedShot::with_source(shot, self.settings.map_size, self.settings.raster.as_ref())?;
+        let shot = StagedShot::with_source(shot, self.settings.resolution, self.settings.raster.as_ref())?;
         Ok(JudgedShot::new(shot, &mut |truth| progress(&format!("{name}: {truth}")))?)
     }
 
@@ -154,7 +154,9 @@ impl Matrix<'_> {
                 }
             };
             let mut row = Row::new(shot, &measurement, &self.settings, judged.errors(&measurement)?);
-            row.options = options.into_iter().collect();
+            let target = Target::Quality(self.settings.quality);
+            row.options = Renderer::resolved(technique, target, &pairs(&options), shot)??;
+            row.overrides = options.into_iter().collect();
             row.level = Some(self.settings.quality.to_string());
             row.verdict = Some(self.verdict(&row));
             to.push(row, measurement);

@@ -80,6 +80,29 @@ impl Renderer<'_> {
         Ok(instances.map(Self::PerLight))
     }
 
+    /// The values of all options that [`Self::configured`] gives its instances. Where lights have different ones, all of
+    /// them in the order of the lights, with ` / ` between them.
+    pub fn resolved(
+        technique: &dyn Technique,
+        target: Target,
+        overrides: &[(&str, &str)],
+        shot: &StagedShot,
+    ) -> Result<Result<BTreeMap<String, String>, OptionError>, StageError> {
+        let of_lights: Result<Vec<_>, _> =
+            shot.facts()?.iter().map(|facts| technique.resolved(target, overrides, facts)).collect();
+        Ok(of_lights.map(|of_lights| {
+            let mut values = BTreeMap::<String, Vec<String>>::new();
+            for (key, value) in of_lights.into_iter().flatten() {
+                values.entry(key.to_string()).or_default().push(value);
+            }
+            let joined = |values: Vec<String>| match values.split_first() {
+                Some((first, others)) if others.iter().all(|other| other == first) => first.clone(),
+                _ => values.join(" / "),
+            };
+            values.into_iter().map(|(key, values)| (key, joined(values))).collect()
+        }))
+    }
+
     /// The id of what renders.
     fn id(&self) -> &'static str {
         match self {

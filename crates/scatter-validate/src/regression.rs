@@ -76,7 +76,12 @@ struct EarlierRow {
     size: [u32; 2],
     shadow_map: u32,
     #[serde(default)]
+    cascades: Option<u32>,
+    #[serde(default)]
     options: BTreeMap<String, String>,
+    /// None in documents from when `options` held them.
+    #[serde(default)]
+    overrides: Option<BTreeMap<String, String>>,
     #[serde(default)]
     time_ms: BTreeMap<String, Option<f64>>,
     #[serde(default)]
@@ -106,7 +111,7 @@ impl Regression {
         let mut found = Comparison::default();
         for row in rows {
             let alike: Vec<usize> = (0..left.len()).filter(|&index| self.rows[index].is_of(row)).collect();
-            let exact = |&&index: &&usize| self.rows[index].options == row.options;
+            let exact = |&&index: &&usize| *self.rows[index].overrides() == row.overrides;
             let chosen = match alike.as_slice() {
                 // Options that follow from the level may differ: that is what is compared.
                 [only] => Some(*only),
@@ -135,12 +140,17 @@ fn label(shot: &str, method: &str, level: Option<&str>) -> String {
 }
 
 impl EarlierRow {
+    fn overrides(&self) -> &BTreeMap<String, String> {
+        self.overrides.as_ref().unwrap_or(&self.options)
+    }
+
     fn is_of(&self, row: &Row) -> bool {
         self.shot == row.shot
             && self.method == row.method
             && self.level == row.level
             && self.size == row.size
             && self.shadow_map == row.shadow_map
+            && self.cascades == row.cascades
     }
 
     fn compared(&self, row: &Row) -> ComparedRow {
@@ -298,7 +308,7 @@ mod tests {
         // Two rungs of a ladder, which only their options tell apart.
         let rung = |steps: &str, rel_rmse: f64| {
             let mut row = measured("a", "nave", rel_rmse);
-            row.options.insert("steps".into(), steps.into());
+            row.overrides.insert("steps".into(), steps.into());
             row
         };
         let then = earlier(&[rung("8", 0.2), rung("16", 0.1)]);

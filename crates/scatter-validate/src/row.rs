@@ -17,12 +17,17 @@ pub struct Row {
     pub shot: String,
     /// The technique's id.
     pub method: String,
-    /// Options that were set by hand; the others follow from the level.
+    /// The values of all options that it ran with; none for a reference.
     pub options: BTreeMap<String, String>,
+    /// Those that were set by hand or searched for; the others follow from the level.
+    pub overrides: BTreeMap<String, String>,
     /// `[width, height]` of the image.
     pub size: [u32; 2],
-    /// Texels along a side of the shadow map.
+    /// Texels along a side of each shadow map.
     pub shadow_map: u32,
+    /// How many cascades each sun has, of so many texels a side each; none where all lights have one map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cascades: Option<u32>,
     /// Threads of the pool.
     pub threads: usize,
     /// Time of the technique alone \[ms\]: `total` on the wall clock, and each stage.
@@ -92,8 +97,10 @@ impl Row {
             shot: shot.name().to_string(),
             method: measurement.method.clone(),
             options: Default::default(),
+            overrides: Default::default(),
             size: measurement.image.size,
-            shadow_map: settings.map_size,
+            shadow_map: settings.resolution.side,
+            cascades: shot.cascades(),
             threads: settings.threads,
             time_ms: measurement.time_ms.clone(),
             maps_ms: shot.maps_ms(),
@@ -146,8 +153,10 @@ pub(crate) mod tests {
             shot: shot.into(),
             method: method.into(),
             options: BTreeMap::new(),
+            overrides: BTreeMap::new(),
             size: [4, 3],
             shadow_map: 16,
+            cascades: None,
             threads: 1,
             time_ms: BTreeMap::from([("total".into(), 2.5)]),
             maps_ms: 1.0,
@@ -184,7 +193,7 @@ pub(crate) mod tests {
         row.errors.shadow_map = Some(figures(0.1, 0.2));
         row.verdict = Some(Verdict::Fail(vec!["a".into(), "b".into()]));
         let json = serde_json::to_string(&row).unwrap();
-        let start = r#"{"shot":"s","method":"m","options":{},"size":[4,3],"shadow_map":16,"threads":1,"time_ms":{"total":2.5},"maps_ms":1.0,"memory_bytes":0,"counts":{},"modelled":[],"errors":{"shadow_map":{"rel_rmse":0.1,"p99":0.2,"#;
+        let start = r#"{"shot":"s","method":"m","options":{},"overrides":{},"size":[4,3],"shadow_map":16,"threads":1,"time_ms":{"total":2.5},"maps_ms":1.0,"memory_bytes":0,"counts":{},"modelled":[],"errors":{"shadow_map":{"rel_rmse":0.1,"p99":0.2,"#;
         assert!(json.starts_with(start), "{json}");
         assert!(json.ends_with(r#""verdict":"FAIL: a; b"}"#), "{json}");
         assert!(!json.contains("raycast"), "what was not measured is not there");

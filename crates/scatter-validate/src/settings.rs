@@ -1,7 +1,7 @@
 //! How techniques are run on shots: what the matrix, the baseline's search and the sweeps share.
 
 use scatter_core::{Quality, Technique};
-use scatter_scene::RasterDevice;
+use scatter_scene::{MapResolution, RasterDevice};
 
 /// Options by hand or found: keys and values.
 pub(crate) type Options = Vec<(String, String)>;
@@ -13,8 +13,8 @@ pub struct Settings {
     pub quality: Quality,
     /// Options by hand, over the level's choice; each technique takes those that it knows.
     pub overrides: Vec<(String, String)>,
-    /// Texels along a side of the shadow map.
-    pub map_size: u32,
+    /// Texels of each light's shadow maps.
+    pub resolution: MapResolution,
     /// Draws the maps; rays make them where there is none.
     pub raster: Option<RasterDevice>,
     /// Timed runs.

@@ -8,8 +8,8 @@ use scatter_core::{
     Window,
 };
 use scatter_scene::{
-    CasterError, MapError, MapSource, OwnedTexture, RasterDevice, RasterError, RasterScene, SceneCaster,
-    Shot, ShotMaps,
+    CasterError, MapError, MapResolution, MapSource, OwnedTexture, RasterDevice, RasterError, RasterScene,
+    SceneCaster, Shot, ShotMaps,
 };
 
 /// A shot whose maps are made.
@@ -23,7 +23,7 @@ pub struct StagedShot {
     caster: Arc<SceneCaster>,
     /// The same triangles on a device, where that makes the maps.
     raster: Option<RasterScene>,
-    map_size: u32,
+    resolution: MapResolution,
     maps_ms: f64,
 }
 
@@ -84,14 +84,19 @@ pub enum StageError {
 }
 
 impl StagedShot {
-    /// Builds the caster, drops the loaded mesh and casts depth and shadow maps of `map_size` texels a side.
-    pub fn new(shot: Shot, map_size: u32) -> Result<Self, StageError> {
-        Self::with_source(shot, map_size, None)
+    /// Builds the caster, drops the loaded mesh and casts depth and shadow maps of a resolution (a number is one map of
+    /// so many texels a side).
+    pub fn new(shot: Shot, resolution: impl Into<MapResolution>) -> Result<Self, StageError> {
+        Self::with_source(shot, resolution, None)
     }
 
     /// As [`Self::new`]; where there is a device, it draws the maps, and those that techniques ask for.
-    pub fn with_source(shot: Shot, map_size: u32, device: Option<&RasterDevice>) -> Result<Self, StageError> {
-        let mut staged = Self::without_maps(shot, map_size, device)?;
+    pub fn with_source(
+        shot: Shot,
+        resolution: impl Into<MapResolution>,
+        device: Option<&RasterDevice>,
+    ) -> Result<Self, StageError> {
+        let mut staged = Self::without_maps(shot, resolution, device)?;
         staged.make_maps()?;
         Ok(staged)
     }
@@ -99,9 +104,10 @@ impl StagedShot {
     /// As [`Self::with_source`] without depth and shadow maps, as after [`Self::drop_maps`]: all that ray-cast truth needs.
     pub fn without_maps(
         shot: Shot,
-        map_size: u32,
+        resolution: impl Into<MapResolution>,
         device: Option<&RasterDevice>,
     ) -> Result<Self, StageError> {
+        let resolution = resolution.into();
         let Shot { name, camera, lights, medium, max_distance, scene, .. } = shot;
         let caster =
             SceneCaster::new(&scene).map_err(|source| StageError::Caster { shot: name.clone(), source })?;
@@ -116,13 +122,18 @@ impl StagedShot {
             .into_iter()
             .map(|part| StagedLight { light: part.light, texture: part.texture, maps: None })
             .collect();
-        Ok(Self { name, camera, medium, max_distance, lights, caster, raster, map_size, maps_ms: 0.0 })
+        Ok(Self { name, camera, medium, max_distance, lights, caster, raster, resolution, maps_ms: 0.0 })
     }
 
-    /// Moves the camera and the lights (as many as there are, in their order), and makes maps of `map_size` texels a
-    /// side anew. The triangles stay as they are, and so does the glass before a light.
-    pub fn restage(&mut self, camera: Camera, lights: &[Light], map_size: u32) -> Result<(), StageError> {
-        (self.camera, self.map_size) = (camera, map_size);
+    /// Moves the camera and the lights (as many as there are, in their order), and makes maps of a resolution
+    /// anew. The triangles stay as they are, and so does the glass before a light.
+    pub fn restage(
+        &mut self,
+        camera: Camera,
+        lights: &[Light],
+        resolution: impl Into<MapResolution>,
+    ) -> Result<(), StageError> {
+        (self.camera, self.resolution) = (camera, resolution.into());
         for (staged, light) in self.lights.iter_mut().zip(lights) {
             staged.light = light.clone();
         }
@@ -140,7 +151,7 @@ impl StagedShot {
             part.maps = None;
             let (camera, light) = (&self.camera, &part.light);
             let maps =
-                ShotMaps::build_from(source, &self.caster, camera, light, self.max_distance, self.map_size)
+                ShotMaps::build_from(source, &self.caster, camera, light, self.max_distance, self.resolution)
                     .map_err(|source| StageError::Maps { shot: self.name.clone(), source })?;
             part.maps = Some(maps);
         }
@@ -173,9 +184,14 @@ impl StagedShot {
         self.lights.len()
     }
 
-    /// Texels along a side of each shadow map.
-    pub fn map_size(&self) -> u32 {
-        self.map_size
+    /// Texels of each light's shadow maps.
+    pub fn resolution(&self) -> MapResolution {
+        self.resolution
+    }
+
+    /// How many cascades each sun has; `None` where all lights have their one map.
+    pub fn cascades(&self) -> Option<u32> {
+        self.lights.iter().find_map(|part| self.resolution.cascades_of(&part.light))
     }
 
     /// Time that the maps took \[ms\].
@@ -191,7 +207,7 @@ impl StagedShot {
         let start = Instant::now();
         for part in &self.lights {
             let (camera, light) = (&self.camera, &part.light);
-            ShotMaps::build(&self.caster, camera, light, self.max_distance, self.map_size)
+            ShotMaps::build(&self.caster, camera, light, self.max_distance, self.resolution)
                 .map_err(|source| StageError::Model { shot: self.name.clone(), source })?;
         }
         Ok(Some(start.elapsed().as_secs_f64() * 1e3))

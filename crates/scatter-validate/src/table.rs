@@ -88,7 +88,7 @@ fn word(verdict: Option<&Verdict>) -> &'static str {
 
 /// The method with the options that it ran with, where they were not its own choice.
 fn method(row: &Row) -> String {
-    row.options.iter().fold(row.method.clone(), |text, (key, value)| format!("{text} {key}={value}"))
+    row.overrides.iter().fold(row.method.clone(), |text, (key, value)| format!("{text} {key}={value}"))
 }
 
 /// A fraction as a number of percent, three digits.

@@ -152,7 +152,7 @@ fn settings() -> Settings {
     Settings {
         quality: Default::default(),
         overrides: Vec::new(),
-        map_size: 64,
+        resolution: 64.into(),
         raster: None,
         repeat: 2,
         threads: 2,

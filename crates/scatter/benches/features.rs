@@ -12,8 +12,8 @@ use scatter::{
     Camera, Medium, ModelError, Phase, Quality, ScatterImage, Scattering, SceneFacts, TECHNIQUES, Target,
     Technique, VolumetricShadow,
 };
-use scatter_validate::checks::coloured_glass;
-use scatter_validate::scenario::{Glass, MapFrame, Scenario, Shadow, texels_of};
+use scatter_validate::checks::{behind_lamp_glass, coloured_glass};
+use scatter_validate::scenario::{Scenario, Shadow, texels_of};
 use scatter_validate::stress::scenes;
 use scatter_validate::{Contender, Labelled, compare};
 
@@ -29,7 +29,7 @@ const LARGEST_ERROR: f64 = 0.1;
 /// What is switched on, what it is compared with, and the scene.
 type Feature = (&'static str, &'static str, fn() -> Result<Scenario, ModelError>);
 
-const FEATURES: [Feature; 20] = [
+const FEATURES: [Feature; 21] = [
     ("sun", "sun", sun),
     ("sun, nothing casts a shadow", "sun", || Ok(Scenario { shadow: Shadow::None, ..sun()? })),
     ("sun, σt·D = 1e-6", "sun", || sun()?.in_medium(3e-8, 0.0, Phase::Isotropic)),
@@ -46,12 +46,13 @@ const FEATURES: [Feature; 20] = [
     ("point, Rayleigh", "point", || point()?.in_medium(0.05, 0.0, Phase::Rayleigh)),
     ("point, Henyey-Greenstein", "point", || point()?.in_medium(0.05, 0.0, Phase::henyey_greenstein(0.6)?)),
     ("point, Rayleigh + Henyey-Greenstein", "point", || air(point()?)),
-    ("point, coloured glass", "point", || Ok(Scenario { glass: Some(glass_at_the_lamp()), ..point()? })),
+    ("point, coloured glass", "point", || Ok(behind_lamp_glass(point()?))),
     ("point, height fog", "point", || fog(point()?)),
     ("spot", "point", || plain(scenes::spot()?)),
     ("spot, Henyey-Greenstein", "spot", || {
         plain(scenes::spot()?)?.in_medium(0.05, 0.0, Phase::henyey_greenstein(0.6)?)
     }),
+    ("spot, coloured glass", "spot", || Ok(behind_lamp_glass(plain(scenes::spot()?)?))),
 ];
 
 fn main() {
@@ -100,13 +101,6 @@ fn air(scene: Scenario) -> Result<Scenario, ModelError> {
 /// Twelve times as dense on the ground as at the eye.
 fn fog(scene: Scenario) -> Result<Scenario, ModelError> {
     scene.in_fog(DVec3::Y, 1.0, 0.65)
-}
-
-/// Coloured glass in front of the lamp of `point`, beneath which lies the target.
-fn glass_at_the_lamp() -> Glass {
-    let frame = MapFrame::along(scenes::LAMP, scenes::TARGET - scenes::LAMP, [0.8; 2], [9; 2], true);
-    let panes = texels_of(frame.size, |i, j| [(i % 3) as f32 * 0.5, (j % 3) as f32 * 0.5, 0.7]);
-    Glass { frame, texels: panes }
 }
 
 /// The plain sun's map, halved twice around its centre.

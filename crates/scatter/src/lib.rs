@@ -12,7 +12,8 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // What an engine has: a camera two metres above the ground, and the distance along each pixel's ray. Its own depth
-//! // buffer is converted by `DepthEncoding`.
+//! // buffer is converted by `DepthEncoding`, its matrices and shadow maps by `Camera::from_matrices_in` and
+//! // `ShadowDepthEncoding`.
 //! let size = [64, 48];
 //! let camera = Camera::perspective([0.0, 2.0, 8.0], [0.0, 2.0, 0.0], [0.0, 1.0, 0.0], 60.0, size)?;
 //! let distances = vec![20.0_f32; 64 * 48];

@@ -17,7 +17,7 @@ use crate::flags::{CompareWith, Render};
 use crate::output::{check_writable, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{BASELINE, Method, at_size, check_options, map_size, method, raster_device, shot};
+use crate::select::{BASELINE, Method, check_options, load, method, raster_device, resolution, shot};
 
 /// Renders, writes, prints.
 pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
@@ -41,17 +41,17 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
     for path in [&flags.out, &flags.png].into_iter().flatten() {
         check_writable(path)?;
     }
-    let raster = raster_device(rendering)?;
+    let raster = raster_device(&rendering.maps)?;
     let source = shot(&flags.shot)?;
     let progress = Progress::new(None);
     let (row, notes) = in_pool(rendering.threads, |threads| {
         progress.stage(&format!("{}: loading", source.label()));
-        let shot = at_size(source.load()?, rendering)?;
+        let shot = load(&source, rendering)?;
         let notes = shot.notes.clone();
         let settings = Settings {
             quality: rendering.quality,
             overrides: rendering.set.clone(),
-            map_size: map_size(rendering),
+            resolution: resolution(rendering),
             raster,
             repeat: rendering.repeat,
             threads,
@@ -85,12 +85,20 @@ fn render(
         || matches!(flags.compare, Some(CompareWith::ShadowMap | CompareWith::Both));
     progress.stage(&format!("{}: {}", shot.name, if reads_maps { "maps" } else { "tree" }));
     let mut shot = if reads_maps {
-        StagedShot::with_source(shot, settings.map_size, device)?
+        StagedShot::with_source(shot, settings.resolution, device)?
     } else {
-        StagedShot::without_maps(shot, settings.map_size, device)?
+        StagedShot::without_maps(shot, settings.resolution, device)?
     };
     progress.stage(&format!("{}: {id}", shot.name()));
     let measurement = rendered(method, &shot, settings)?;
+    // What they follow from is gone with the maps.
+    let resolved = match method {
+        Method::Technique(technique) => {
+            let target = Target::Quality(settings.quality);
+            Renderer::resolved(technique, target, &overrides(settings), &shot)?.context("--set")?
+        }
+        _ => Default::default(),
+    };
     if let Some(path) = &flags.out {
         write_exr(path, &measurement.image)?;
     }
@@ -116,11 +124,16 @@ fn render(
         errors.raycast = Some(against(&shot, &truth, &measurement)?);
     }
     let mut row = Row::new(&shot, &measurement, settings, errors);
-    row.options = settings.overrides.iter().cloned().collect();
+    row.overrides = settings.overrides.iter().cloned().collect();
     if matches!(method, Method::Technique(_)) {
+        row.options = resolved;
         row.level = Some(settings.quality.to_string());
     }
     Ok(row)
+}
+
+fn overrides(settings: &Settings) -> Vec<(&str, &str)> {
+    settings.overrides.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
 }
 
 fn rendered(method: Method, shot: &StagedShot, settings: &Settings) -> anyhow::Result<Measurement> {
@@ -130,10 +143,8 @@ fn rendered(method: Method, shot: &StagedShot, settings: &Settings) -> anyhow::R
         Method::ShadowMapTruth => Renderer::Shared(&mut walk),
         Method::RaycastTruth => Renderer::Shared(&mut raycast),
         Method::Technique(technique) => {
-            let overrides: Vec<(&str, &str)> =
-                settings.overrides.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
             let target = Target::Quality(settings.quality);
-            Renderer::configured(technique, target, &overrides, shot)?.context("--set")?
+            Renderer::configured(technique, target, &overrides(settings), shot)?.context("--set")?
         }
     };
     match measure(shot, &mut renderer, settings.repeat)? {

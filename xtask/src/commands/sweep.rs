@@ -12,7 +12,7 @@ use scatter_validate::{JudgeError, Settings};
 use crate::flags::Rendering;
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{ShotSource, at_size, baseline, map_size};
+use crate::select::{ShotSource, baseline, load, resolution};
 
 /// Longest frame of a setting beyond which finer ones are left out with `--quick` \[ms\].
 const QUICK_FRAME_MS: f64 = 150.0;
@@ -53,7 +53,7 @@ impl Job {
         let settings = Settings {
             quality: rendering.quality,
             overrides: rendering.set.clone(),
-            map_size: map_size(&rendering),
+            resolution: resolution(&rendering),
             raster,
             repeat: rendering.repeat,
             threads: 0,
@@ -102,7 +102,7 @@ impl Job {
             let mut results = Vec::new();
             for source in &self.sources {
                 progress.stage(&format!("{}: loading", source.label()));
-                let shot = at_size(source.load()?, rendering)?;
+                let shot = load(source, rendering)?;
                 results.push(measure(settings.clone(), shot, &mut |stage| progress.stage(stage))?);
                 progress.step();
             }
@@ -118,9 +118,9 @@ impl Job {
             (None, true) => "Small images".into(),
             (None, false) => "Images of the shots' own sizes".into(),
         };
-        let n = map_size(rendering);
+        let maps = resolution(rendering);
         let repeat = rendering.repeat;
-        format!("{size}, shadow map {n}x{n}, all: {threads} threads, median of {repeat}")
+        format!("{size}, shadow map {maps}, all: {threads} threads, median of {repeat}")
     }
 }
 

@@ -32,7 +32,7 @@ pub fn run(flags: &Tradeoff) -> anyhow::Result<Verdict> {
     if let Some(folder) = &flags.report {
         check_folder(folder)?;
     }
-    let job = Job::new(rendering.clone(), techniques, sources, raster_device(rendering)?);
+    let job = Job::new(rendering.clone(), techniques, sources, raster_device(&rendering.maps)?);
     let run = Run { flags, job, machine: Machine::this() };
     if flags.scaling {
         run.scaling()

@@ -23,7 +23,7 @@ use crate::output::{check_folder, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
 use crate::select::{
-    Method, ShotSource, at_size, baseline, check_options, map_size, method, raster_device, shots,
+    Method, ShotSource, baseline, check_options, load, method, raster_device, resolution, shots,
 };
 
 /// Measures, prints and judges.
@@ -34,7 +34,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     }
     let foreign = Foreign::of(flags)?;
     let earlier = flags.baseline.as_deref().map(read_baseline).transpose()?;
-    let raster = raster_device(rendering)?;
+    let raster = raster_device(&rendering.maps)?;
     let methods = rendering.methods.iter().map(|id| method(id)).collect::<anyhow::Result<Vec<Method>>>()?;
     let techniques: Vec<&'static dyn Technique> = if methods.is_empty() && foreign.is_none() {
         TECHNIQUES.to_vec()
@@ -59,7 +59,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
         let settings = Settings {
             quality: rendering.quality,
             overrides: rendering.set.clone(),
-            map_size: map_size(rendering),
+            resolution: resolution(rendering),
             raster: raster.clone(),
             repeat: rendering.repeat,
             threads,
@@ -75,7 +75,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
         let mut rows: Vec<Row> = Vec::new();
         for source in &sources {
             progress.stage(&format!("{}: loading", source.label()));
-            let shot = at_size(source.load()?, rendering)?;
+            let shot = load(source, rendering)?;
             if let Some(foreign) = &foreign {
                 foreign.check_size(&shot)?;
             }
@@ -156,9 +156,9 @@ fn read_baseline(path: &Path) -> anyhow::Result<Regression> {
 
 fn heading(flags: &Validate) -> String {
     let rendering = &flags.rendering;
-    let n = map_size(rendering);
+    let maps = resolution(rendering);
     format!(
-        "level {} ({} %), shadow map {n}x{n}; errors against {}, /ray against {}\n\n",
+        "level {} ({} %), shadow map {maps}; errors against {}, /ray against {}\n\n",
         rendering.quality,
         100.0 * rendering.quality.error(),
         scatter_validate::SHADOW_MAP_TRUTH,
@@ -172,8 +172,8 @@ fn begin(flags: &Validate, machine: &Machine) -> Report {
     let mut report = page::begin("Scatter: validation report", machine);
     let level = rendering.quality;
     report.add_setting("quality level", format!("{level}: errors up to {} %", 100.0 * level.error()));
-    let n = map_size(rendering);
-    report.add_setting("shadow map", format!("{n}x{n} texels"));
+    let maps = resolution(rendering);
+    report.add_setting("shadow map", format!("{maps} texels"));
     let runs =
         if rendering.repeat == 1 { "one run".into() } else { format!("median of {}", rendering.repeat) };
     report.add_setting("times", format!("{runs} after one to warm up"));

@@ -1,5 +1,6 @@
 //! The built program from outside: exit codes, one-line errors, JSON, and that nothing is left behind.
 
+mod cascades;
 mod compare;
 mod errors;
 mod foreign;

@@ -33,7 +33,9 @@ fn the_object_has_what_the_documentation_says() {
     let row = json(&output);
     assert_eq!(code(&output), 0);
     assert_eq!((&row["shot"], &row["method"]), (&Value::from("wall"), &Value::from("raymarch")));
+    assert_eq!(row["overrides"], serde_json::json!({"steps": "64"}));
     assert_eq!(row["options"]["steps"], "64");
+    assert!(row["options"]["jitter"].is_string(), "options hold every option's value: {row}");
     assert_eq!(row["size"], serde_json::json!([8, 6]));
     assert_eq!((&row["shadow_map"], &row["threads"]), (&Value::from(32), &Value::from(1)));
     assert!(row["time_ms"]["total"].as_f64().unwrap() > 0.0 && row["maps_ms"].as_f64().unwrap() > 0.0);

@@ -7,7 +7,7 @@
 //! makes every column one view ray of the slice, so that "rectified" view rays are the image's own.
 
 use glam::{DVec2, DVec3};
-use scatter_core::{Camera, Window};
+use scatter_core::Camera;
 
 use super::epipole::Epipole;
 use super::slices::{Major, Slice};
@@ -117,10 +117,7 @@ pub const STEEPEST: f64 = 1_000_000.0;
 
 /// The ray through an image point, with length 1 along the view direction.
 fn direction_through(camera: &Camera, p: DVec2) -> DVec3 {
-    let Window { left, right, bottom, top } = camera.window();
-    let [width, height] = camera.size().map(f64::from);
-    let u = left + (right - left) * (p.x / width);
-    let v = top + (bottom - top) * (p.y / height);
+    let [u, v] = camera.window_from_image(p.x, p.y);
     camera.forward() + camera.right() * u + camera.up() * v
 }
 

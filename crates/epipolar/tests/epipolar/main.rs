@@ -1,5 +1,6 @@
 //! Rows, slices and whole images of the epipolar integrator against the exact walk through the map.
 
+mod cascades;
 mod coloured;
 mod convergence;
 mod direct;

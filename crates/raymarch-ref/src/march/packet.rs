@@ -60,12 +60,13 @@ fn pixel_rays(camera: &Camera, pixels: &[(u32, u32); LANES]) -> [ViewRay; LANES]
     if camera.projection() == Projection::Orthographic {
         return pixels.map(|(x, y)| camera.pixel_ray(x, y));
     }
-    let Window { left, right, bottom, top } = camera.window();
+    let (Window { left, right, bottom, top }, shear) = (camera.window(), camera.shear());
     let [width, height] = camera.size().map(f64::from);
     let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
-        u[lane] = left + (right - left) * ((f64::from(pixels[lane].0) + 0.5) / width);
-        v[lane] = top + (bottom - top) * ((f64::from(pixels[lane].1) + 0.5) / height);
+        let down = (f64::from(pixels[lane].1) + 0.5) / height;
+        u[lane] = left + (right - left) * ((f64::from(pixels[lane].0) + 0.5) / width) + shear * down;
+        v[lane] = top + (bottom - top) * down;
     }
     let mut axes = [[0.0; LANES]; 3];
     for (axis, values) in axes.iter_mut().enumerate() {

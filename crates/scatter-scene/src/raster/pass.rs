@@ -77,11 +77,25 @@ impl DepthPass {
     pub fn of_camera(scene: &SceneBox, camera: &Camera) -> Self {
         let eye = camera.eye();
         let row = |axis: DVec3| axis.extend(-axis.dot(eye));
-        let (right, up, forward) = (row(camera.right()), row(camera.up()), row(camera.forward()));
+        let forward = row(camera.forward());
+        // An oblique ray is followed back into the plane of the eye, across whose axes the window lies.
+        let lean = match camera.parallel_direction() {
+            Some(travel) if travel != camera.forward() => {
+                travel / travel.dot(camera.forward()) - camera.forward()
+            }
+            _ => DVec3::ZERO,
+        };
+        let back = |axis: DVec3| row(axis - camera.forward() * axis.dot(lean));
+        let (right, up) = (back(camera.right()), back(camera.up()));
         let window = camera.window();
-        // u = (x − left·w)/(right − left) of the image's width; clip x is 2u − w.
-        let columns = |w: DVec4| (right - w * window.left) * (2.0 / (window.right - window.left)) - w;
-        let rows = |w: DVec4| (up - w * window.top) * (2.0 / (window.bottom - window.top)) - w;
+        // y = (up − top·w)/(bottom − top) of the image's height, x = (right − left·w − shear·y)/(right − left) of its
+        // width; clip coordinates are twice that, less w.
+        let down = |w: DVec4| (up - w * window.top) * (2.0 / (window.bottom - window.top));
+        let rows = |w: DVec4| down(w) - w;
+        let columns = |w: DVec4| {
+            let sheared = right - w * window.left - down(w) * (0.5 * camera.shear());
+            sheared * (2.0 / (window.right - window.left)) - w
+        };
         match camera.projection() {
             Projection::Perspective => {
                 Self::perspective(scene, eye, [columns(forward), rows(forward), forward], camera.size())

@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::{DMat4, DVec3, DVec4};
 use rayon::prelude::*;
 use scatter_core::{Camera, Light, MapProjection, Projection};
-use scatter_scene::{FittedMap, MapSource, RasterScene, SceneCaster, Shot, ShotMaps};
+use scatter_scene::{FittedMap, MapResolution, MapSource, RasterScene, SceneCaster, Shot, ShotMaps};
 
 use super::driver::{assert_valid, builtin, device, shared};
 
@@ -254,9 +254,15 @@ fn cascades_of_a_valley_agree() {
     let caster = Arc::new(SceneCaster::new(&shot.scene).unwrap());
     let raster = RasterScene::new(&device, caster.clone()).unwrap();
     let light = &shot.lights[0].light;
-    let maps =
-        ShotMaps::build_cascaded_from(&raster, &caster, &shot.camera, light, shot.max_distance, 513, 3)
-            .unwrap();
+    let maps = ShotMaps::build_from(
+        &raster,
+        &caster,
+        &shot.camera,
+        light,
+        shot.max_distance,
+        MapResolution::cascaded(513, 3),
+    )
+    .unwrap();
     let FittedMap::Cascades(projections) = maps.fitted() else { panic!("a sun has cascades") };
     for (index, (map, texels)) in projections.iter().zip(maps.shadow().chunks(513 * 513)).enumerate() {
         let share = View::of_map(&caster, *map).check(&format!("{test} {index}"), texels, 3, 0.0);
@@ -279,9 +285,26 @@ fn cameras_of_any_kind_agree() {
     let (eye, target, up) = (eye.to_array(), target.to_array(), [0.0, 1.0, 0.0]);
     let size = [193, 128];
     let height = 0.4 * (high - low).y;
+    // Engines' matrices: a sheared image from an eye beside the view's origin, and oblique parallel rays.
+    let view = look_to(DVec3::from(eye), DVec3::from(target) - DVec3::from(eye), DVec3::Y);
+    let of_rows = |rows: [[f64; 4]; 4]| {
+        let clip = DMat4::from_cols_array_2d(&rows).transpose();
+        Camera::from_matrices(view.to_cols_array_2d(), clip.to_cols_array_2d(), size).unwrap()
+    };
+    let sheared =
+        of_rows([[0.8, 0.3, 0.1, 0.02], [-0.2, 1.1, 0.0, 0.03], [0.0, 0.0, 0.0, 0.1], [0.0, 0.0, -1.0, 0.0]]);
+    let (x, y) = (1.5 / height, 2.0 / height);
+    let oblique = of_rows([
+        [x, 0.1 * x, 0.3 * x, 0.1],
+        [0.0, y, -0.2 * y, 0.0],
+        [0.0, 0.0, -0.01, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ]);
     let cameras = [
         Camera::perspective(eye, target, up, 140.0, size).unwrap().shifted(11.3, -7.1),
         Camera::orthographic(eye, target, up, height, size).unwrap(),
+        sheared,
+        oblique,
     ];
     for camera in cameras {
         let what = match camera.projection() {

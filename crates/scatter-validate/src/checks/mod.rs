@@ -127,6 +127,15 @@ pub fn coloured_glass() -> Glass {
     Glass { frame, texels }
 }
 
+/// The lamp's scene with glass of 5 × 5 colours before the lamp, towards the middle of the view and narrower than a spot's
+/// cone: seen from the lamp, so that its texels grow with the distance.
+pub fn behind_lamp_glass(scene: Scenario) -> Scenario {
+    let Some(lamp) = scene.light.position() else { return scene };
+    let frame = MapFrame::along(lamp, scenes::TARGET - lamp, [0.43; 2], [5; 2], true);
+    let texels = texels_of([5; 2], |i, j| [0.3 + 0.1 * i as f32, 0.4 * j as f32, 1.7]);
+    Scenario { glass: Some(Glass { frame, texels }), ..scene }
+}
+
 /// The sun's scene with its map as the second of three cascades.
 pub fn cascades() -> Result<Scenario, ModelError> {
     let mut scenario = scenes::sun()?;

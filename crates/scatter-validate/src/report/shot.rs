@@ -123,7 +123,7 @@ const RAY_RMSE: usize = 7;
 /// A row's figures in a sentence.
 fn detail(row: &Row) -> String {
     let cells = cells(row);
-    let options = row.options.iter().map(|(key, value)| format!("{key}={value}, ")).collect::<String>();
+    let options = row.overrides.iter().map(|(key, value)| format!("{key}={value}, ")).collect::<String>();
     format!(
         "{options}{} ms, rel_rmse {} %, p99 {} %, to the triangles {} %: {}",
         cells[2], cells[4], cells[5], cells[RAY_RMSE], cells[9]

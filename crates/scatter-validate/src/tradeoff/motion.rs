@@ -52,12 +52,17 @@ pub struct MotionRow {
     /// The level that it is configured for; none for a reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<String>,
-    /// Options that were set by hand or searched for.
+    /// The values of all options that it ran with; none for a reference.
     pub options: BTreeMap<String, String>,
+    /// Those that were set by hand or searched for; the others follow from the level.
+    pub overrides: BTreeMap<String, String>,
     /// `[width, height]` of the images.
     pub size: [u32; 2],
     /// Texels along a side of the shadow map.
     pub shadow_map: u32,
+    /// How many cascades each sun has, of so many texels a side each; none where all lights have one map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cascades: Option<u32>,
     /// Frames of the sequence.
     pub frames: u32,
     /// Whether the light turned too; one with glass before it stays.
@@ -79,7 +84,8 @@ pub struct MotionRow {
 struct Runner<'a> {
     technique: &'a dyn Technique,
     renderer: Renderer<'a>,
-    options: Options,
+    resolved: BTreeMap<String, String>,
+    overrides: Options,
     unsupported: Option<String>,
     error: ErrorSequence,
 }
@@ -95,11 +101,11 @@ struct ErrorSequence {
 impl Motion<'_> {
     /// Runs all techniques through the sequence on one shot. `progress` is told what comes next.
     pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<Vec<MotionRow>, JudgeError> {
-        let Settings { map_size, .. } = self.settings;
+        let Settings { resolution, .. } = self.settings;
         let camera = shot.camera.clone();
         progress(&format!("{}: maps", shot.name));
-        let staged = StagedShot::with_source(shot, map_size, self.settings.raster.as_ref())?;
-        let name = staged.name().to_string();
+        let staged = StagedShot::with_source(shot, resolution, self.settings.raster.as_ref())?;
+        let (name, cascades) = (staged.name().to_string(), staged.cascades());
         let lights: Vec<(Light, bool)> =
             staged.lights().map(|(light, glass)| (light.clone(), glass)).collect();
         let mut judged = MapJudgedShot::new(staged)?;
@@ -112,7 +118,7 @@ impl Motion<'_> {
             if frame > 0 {
                 let (camera, lights) = at_frame(&camera, &lights, frame)
                     .map_err(|source| StageError::Model { shot: name.clone(), source })?;
-                judged.restage(camera, &lights, map_size)?;
+                judged.restage(camera, &lights, resolution)?;
             }
             let (staged, map_truth) = (judged.shot(), judged.truth());
             map_truth_differences.push(values(&map_truth.image));
@@ -138,8 +144,10 @@ impl Motion<'_> {
             method: method.into(),
             level: None,
             options: Default::default(),
+            overrides: Default::default(),
             size: camera.size(),
-            shadow_map: map_size,
+            shadow_map: resolution.side,
+            cascades,
             frames: self.frames,
             light_turned: lights.iter().any(|(_, has_glass)| !has_glass),
             rel_rmse: error.rel_rmse_sum / f64::from(self.frames.max(1)),
@@ -152,7 +160,8 @@ impl Motion<'_> {
         let mut rows: Vec<MotionRow> = map_row.into_iter().collect();
         rows.extend(runners.into_iter().map(|runner| MotionRow {
             level: Some(self.settings.quality.to_string()),
-            options: runner.options.into_iter().collect(),
+            options: runner.resolved,
+            overrides: runner.overrides.into_iter().collect(),
             unsupported: runner.unsupported,
             ..row(runner.technique.info().id, &runner.error, &map_truth_differences)
         }));
@@ -171,10 +180,18 @@ impl Motion<'_> {
             progress(&format!("{}: options of {}", shot.name(), technique.info().id));
             let level = (&self.settings, quality);
             let options = at_level(technique, self.baseline.as_ref(), level, judged)?;
-            let renderer =
-                Renderer::configured(technique, Target::Quality(quality), &pairs(&options), shot)??;
+            let target = Target::Quality(quality);
+            let renderer = Renderer::configured(technique, target, &pairs(&options), shot)??;
+            let resolved = Renderer::resolved(technique, target, &pairs(&options), shot)??;
             let error = ErrorSequence::default();
-            runners.push(Runner { technique, renderer, options, unsupported: None, error });
+            runners.push(Runner {
+                technique,
+                renderer,
+                resolved,
+                overrides: options,
+                unsupported: None,
+                error,
+            });
         }
         Ok(runners)
     }

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use scatter_core::{Light, ScatterImage, Target, Technique};
-use scatter_scene::Shot;
+use scatter_scene::{MapResolution, Shot};
 use serde::Serialize;
 
 use super::slope::Fit;
@@ -62,10 +62,10 @@ pub struct Slope {
 impl Scaling<'_> {
     /// Measures all techniques on one shot at all sizes, the largest first. `progress` is told what comes next.
     pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<Vec<ScalingRow>, JudgeError> {
-        let Settings { map_size, .. } = self.settings;
+        let Settings { resolution: full_resolution, .. } = self.settings;
         progress(&format!("{}: maps", shot.name));
         let full = shot.camera.clone();
-        let staged = StagedShot::with_source(shot, map_size, self.settings.raster.as_ref())?;
+        let staged = StagedShot::with_source(shot, full_resolution, self.settings.raster.as_ref())?;
         let name = staged.name().to_string();
         let lights: Vec<Light> = staged.lights().map(|(light, _)| light.clone()).collect();
         let mut judged = MapJudgedShot::new(staged)?;
@@ -81,7 +81,8 @@ impl Scaling<'_> {
                 progress(&format!("{name}: maps at {width}x{height}"));
                 let camera = resized(&full, [width, height])
                     .map_err(|source| StageError::Model { shot: name.clone(), source })?;
-                judged.restage(camera, &lights, scaled(map_size, factor))?;
+                let side = scaled(full_resolution.side, factor);
+                judged.restage(camera, &lights, MapResolution { side, ..full_resolution })?;
             }
             for &technique in &self.techniques {
                 progress(&format!("{name}: {} at {width}x{height}", technique.info().id));
@@ -111,9 +112,9 @@ impl Scaling<'_> {
     ) -> Result<ScalingRow, JudgeError> {
         let Settings { quality, repeat, threads, .. } = self.settings;
         let shot = judged.shot();
-        let settings = Settings { map_size: shot.map_size(), ..self.settings.clone() };
+        let settings = Settings { resolution: shot.resolution(), ..self.settings.clone() };
         let [width, height] = shot.camera().size().map(f64::from);
-        let resolution = (width * height * f64::from(shot.map_size())).cbrt();
+        let resolution = (width * height * f64::from(shot.resolution().side)).cbrt();
         let mut renderer =
             Renderer::configured(technique, Target::Quality(quality), &pairs(&options), shot)??;
         let (measurement, errors, verdict) = match measure(shot, &mut renderer, 1)? {
@@ -127,7 +128,8 @@ impl Scaling<'_> {
             }
         };
         let mut row = Row::new(shot, &measurement, &settings, errors);
-        row.options = options.into_iter().collect();
+        row.options = Renderer::resolved(technique, Target::Quality(quality), &pairs(&options), shot)??;
+        row.overrides = options.into_iter().collect();
         row.level = Some(quality.to_string());
         let mut time_ms_one_thread = BTreeMap::new();
         if verdict == Verdict::Ok {

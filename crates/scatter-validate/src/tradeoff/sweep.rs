@@ -53,7 +53,7 @@ impl Sweep<'_> {
     /// Measures every setting of every technique on one shot. `progress` is told what comes next.
     pub fn run(&self, shot: Shot, progress: &mut dyn FnMut(&str)) -> Result<ShotTrade, JudgeError> {
         progress(&format!("{}: maps", shot.name));
-        let shot = StagedShot::with_source(shot, self.settings.map_size, self.settings.raster.as_ref())?;
+        let shot = StagedShot::with_source(shot, self.settings.resolution, self.settings.raster.as_ref())?;
         progress(&format!("{}: truths", shot.name()));
         let judged = JudgedShot::new(shot, &mut |_| {})?;
         let map_error = judged.map_error()?;
@@ -156,7 +156,7 @@ impl Climb<'_> {
             Outcome::Measured(measurement) => measurement,
             Outcome::Unsupported(unsupported) => {
                 let nothing = Measurement::nothing(self.technique.info().id, shot.camera().size());
-                let mut rung = self.rung(setting, &nothing, Errors::default());
+                let mut rung = self.rung(setting, &nothing, Errors::default())?;
                 rung.row.verdict = Some(Verdict::Unsupported(unsupported.reason.into()));
                 self.rungs.push(rung);
                 return Ok(Step::Unsupported);
@@ -178,7 +178,7 @@ impl Climb<'_> {
         }
         let raycast = self.judged.raycast_figures(&measurement)?;
         let errors = Errors { shadow_map: Some(figures), raycast: Some(raycast) };
-        let mut rung = self.rung(setting, &measurement, errors);
+        let mut rung = self.rung(setting, &measurement, errors)?;
         let mut out = ScatterImage::new();
         // That run has warmed up; with --repeat 1 it is the one that counts.
         if repeat > 1 {
@@ -195,9 +195,11 @@ impl Climb<'_> {
     }
 
     /// A rung without times of its own, ratio and place on the front.
-    fn rung(&self, setting: &Setting, measurement: &Measurement, errors: Errors) -> Rung {
-        let mut row = Row::new(self.judged.shot(), measurement, &self.sweep.settings, errors);
-        row.options = setting.overrides.iter().cloned().collect();
+    fn rung(&self, setting: &Setting, measurement: &Measurement, errors: Errors) -> Result<Rung, JudgeError> {
+        let shot = self.judged.shot();
+        let mut row = Row::new(shot, measurement, &self.sweep.settings, errors);
+        row.options = Renderer::resolved(self.technique, setting.target, &pairs(&setting.overrides), shot)??;
+        row.overrides = setting.overrides.iter().cloned().collect();
         let figures = errors.shadow_map;
         let reached = figures.and_then(|figures| {
             Quality::ALL.into_iter().rev().find(|level| reaches(&figures, level.error()))
@@ -209,13 +211,13 @@ impl Climb<'_> {
             }
             _ => Verdict::Ok,
         });
-        Rung {
+        Ok(Rung {
             row,
             setting: vec![setting.to_string()],
             time_ms_one_thread: BTreeMap::new(),
             front: false,
             reaches: reached,
-        }
+        })
     }
 }
 

@@ -133,7 +133,8 @@ pub fn motion_table(rows: &[MotionRow]) -> Columns {
     const HEADER: [&str; 7] =
         ["shot", "method", "rel_rmse %", "error's flicker %", "truth's own %", "non-fin", "setting"];
     let cells = |row: &MotionRow| {
-        let options: Vec<String> = row.options.iter().map(|(key, value)| format!("{key}={value}")).collect();
+        let options: Vec<String> =
+            row.overrides.iter().map(|(key, value)| format!("{key}={value}")).collect();
         let mut setting = row.level.iter().cloned().chain(options).collect::<Vec<_>>().join(" ");
         if !row.light_turned {
             setting.push_str(" (the light stays: glass)");

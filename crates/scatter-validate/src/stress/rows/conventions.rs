@@ -5,7 +5,7 @@
 //! the inverse matrix: neither uses the model's own conversions, which are what these rows judge.
 
 use glam::{DMat4, DVec3, DVec4};
-use scatter_core::{Camera, DepthEncoding, ModelError, Window};
+use scatter_core::{Camera, ClipSpace, DepthEncoding, ModelError, Window};
 
 use crate::scenario::{MapFrame, PixelRay, Scenario, Shadow, texels_of};
 use crate::stress::row::{Expectation, ROUNDING, StressRow};
@@ -31,7 +31,44 @@ enum Lens {
     Perspective,
     OffCentre,
     Orthographic,
+    /// The eye beside the view's origin: x.w and y.w of a perspective.
+    Beside,
+    /// A display's pre-rotation by 90°, mirrored.
+    Turned,
+    /// x.y and y.x of a perspective.
+    Sheared,
+    /// w row 0 0 1 0.
+    LeftHanded,
+    /// x.z and y.z of a parallel projection.
+    Oblique,
 }
+
+impl Lens {
+    fn is_parallel(self) -> bool {
+        matches!(self, Self::Orthographic | Self::Oblique)
+    }
+
+    /// What the plain projection is multiplied with: in the image, and in the view.
+    fn around(self) -> [DMat4; 2] {
+        let mut around = [DMat4::IDENTITY; 2];
+        match self {
+            Self::Perspective | Self::OffCentre | Self::Orthographic => {}
+            Self::Beside => around[1].w_axis = (-BESIDE).extend(1.0),
+            Self::Turned => {
+                around[0].x_axis = DVec4::Y;
+                around[0].y_axis = DVec4::X;
+            }
+            Self::Sheared => (around[0].x_axis.y, around[0].y_axis.x) = (0.3, -0.2),
+            Self::LeftHanded => around[1].z_axis = DVec4::NEG_Z,
+            // Sideways: towards the ground rays would be too short for the rounding of linear z (`depth_rounding`).
+            Self::Oblique => (around[1].z_axis.x, around[1].z_axis.y) = (0.45, 0.03),
+        }
+        around
+    }
+}
+
+/// Where the eye of [`Lens::Beside`] is in the view.
+const BESIDE: DVec3 = DVec3::new(0.31, -0.17, 0.0);
 
 /// Where the epipole is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +92,13 @@ pub fn rows() -> Vec<StressRow> {
         ("off-centre", Lens::OffCentre),
         ("orthographic", Lens::Orthographic),
     ];
+    let whole = [
+        ("eye beside the origin", Lens::Beside),
+        ("turned by 90° and mirrored", Lens::Turned),
+        ("sheared", Lens::Sheared),
+        ("left-handed", Lens::LeftHanded),
+        ("oblique parallel", Lens::Oblique),
+    ];
     let epipoles = [
         ("inside", Epipole::Inside),
         ("on the edge", Epipole::Edge),
@@ -66,11 +110,8 @@ pub fn rows() -> Vec<StressRow> {
     for (lens_name, lens) in lenses {
         for (depth_name, depth) in depths {
             // A parallel projection has no infinite far plane: the last kind is the linear one of a deferred renderer.
-            let depth_name = if lens == Lens::Orthographic && depth == Depth::ReversedInfinite {
-                "view z"
-            } else {
-                depth_name
-            };
+            let depth_name =
+                if lens.is_parallel() && depth == Depth::ReversedInfinite { "view z" } else { depth_name };
             for (epipole_name, epipole) in epipoles {
                 for (eye_name, eye_inside) in [("in", true), ("out of", false)] {
                     let name =
@@ -78,6 +119,12 @@ pub fn rows() -> Vec<StressRow> {
                     rows.push(row(name, lens, depth, epipole, eye_inside, NEAR));
                 }
             }
+        }
+    }
+    for (lens_name, lens) in whole {
+        for (epipole_name, epipole) in [epipoles[0], epipoles[2], epipoles[3]] {
+            let name = format!("{lens_name}, reversed z, epipole {epipole_name}");
+            rows.push(row(name, lens, Depth::Reversed, epipole, true, NEAR));
         }
     }
     for (depth_name, depth) in depths {
@@ -101,7 +148,7 @@ fn row(name: String, lens: Lens, depth: Depth, epipole: Epipole, eye_inside: boo
 fn depth_rounding(lens: Lens, depth: Depth, near: f64) -> f64 {
     let half_ulp = f64::from(f32::EPSILON) / 4.0;
     match (lens, depth) {
-        (Lens::Orthographic, Depth::Forward | Depth::Reversed) => (FAR - near) * half_ulp,
+        (Lens::Orthographic | Lens::Oblique, Depth::Forward | Depth::Reversed) => (FAR - near) * half_ulp,
         (_, Depth::Forward) => 30.0 * (FAR - near) / (FAR * near) * half_ulp,
         (_, Depth::Reversed | Depth::ReversedInfinite) => 4.0 * half_ulp,
     }
@@ -114,10 +161,12 @@ fn scene(
     eye_inside: bool,
     near: f64,
 ) -> Result<Scenario, ModelError> {
-    let view = view_from_world();
+    // A left-handed engine's view looks along +z.
+    let flip = if lens == Lens::LeftHanded { lens.around()[1] } else { DMat4::IDENTITY };
+    let view = flip * view_from_world();
     let clip = clip_from_view(lens, depth, near);
     let camera = Camera::from_matrices(view.to_cols_array_2d(), clip.to_cols_array_2d(), SIZE)?;
-    let mut scene = if lens == Lens::Orthographic && epipole != Epipole::Infinity {
+    let mut scene = if lens.is_parallel() && epipole != Epipole::Infinity {
         beside_a_spot(camera, epipole, eye_inside)?
     } else {
         under_a_sun(camera, epipole, eye_inside)?
@@ -130,6 +179,12 @@ fn scene(
     frame.by_matrix = true;
     let (rays, buffer) = surface(lens, depth, &view, &clip);
     let encoding = match (depth, lens) {
+        (Depth::Reversed, Lens::Beside | Lens::Turned | Lens::Sheared | Lens::LeftHanded | Lens::Oblique) => {
+            DepthEncoding::Clip {
+                clip_from_world: (clip * view).to_cols_array_2d(),
+                space: ClipSpace::WGPU.reversed(),
+            }
+        }
         (Depth::Forward, _) => DepthEncoding::Forward { near, far: FAR },
         (Depth::Reversed, _) => DepthEncoding::Reversed { near, far: FAR },
         (Depth::ReversedInfinite, Lens::Orthographic) => DepthEncoding::ViewZ,
@@ -156,63 +211,75 @@ fn view_from_world() -> DMat4 {
 /// The window at distance 1 (or in world units), and an engine's matrix for it with z in [0, 1].
 fn clip_from_view(lens: Lens, depth: Depth, near: f64) -> DMat4 {
     let Window { left, right, bottom, top } = match lens {
-        Lens::Perspective => Window { left: -0.9, right: 0.9, bottom: -0.6, top: 0.6 },
-        Lens::OffCentre => Window { left: -0.4, right: 1.1, bottom: -0.8, top: 0.3 },
+        Lens::Perspective | Lens::Turned | Lens::LeftHanded => {
+            Window { left: -0.9, right: 0.9, bottom: -0.6, top: 0.6 }
+        }
+        Lens::OffCentre | Lens::Beside | Lens::Sheared => {
+            Window { left: -0.4, right: 1.1, bottom: -0.8, top: 0.3 }
+        }
+        // Its lowest rays that meet the ground start half a unit above it, and are 7 units long.
+        Lens::Oblique => Window { left: -4.0, right: 4.5, bottom: -2.0, top: 3.0 },
         Lens::Orthographic => Window { left: -4.0, right: 4.5, bottom: -2.5, top: 3.0 },
     };
+    let [image, in_view] = lens.around();
     let (width, height) = (right - left, top - bottom);
-    if lens == Lens::Orthographic {
+    if lens.is_parallel() {
         // z_clip = slope·z_view + offset, z_view from −near to −far.
         let slope = -1.0 / (FAR - near);
         let (slope, offset) =
             if depth == Depth::Forward { (slope, near * slope) } else { (-slope, -FAR * slope) };
-        return DMat4::from_cols(
+        let plain = DMat4::from_cols(
             DVec4::new(2.0 / width, 0.0, 0.0, 0.0),
             DVec4::new(0.0, 2.0 / height, 0.0, 0.0),
             DVec4::new(0.0, 0.0, slope, 0.0),
             DVec4::new(-(right + left) / width, -(top + bottom) / height, offset, 1.0),
         );
+        return image * plain * in_view;
     }
     let (slope, offset) = match depth {
         Depth::Forward => (-FAR / (FAR - near), -FAR * near / (FAR - near)),
         Depth::Reversed => (near / (FAR - near), FAR * near / (FAR - near)),
         Depth::ReversedInfinite => (0.0, near),
     };
-    DMat4::from_cols(
+    let plain = DMat4::from_cols(
         DVec4::new(2.0 / width, 0.0, 0.0, 0.0),
         DVec4::new(0.0, 2.0 / height, 0.0, 0.0),
         DVec4::new((right + left) / width, (top + bottom) / height, slope, -1.0),
         DVec4::new(0.0, 0.0, offset, 0.0),
-    )
+    );
+    image * plain * in_view
 }
 
-/// The rays by the inverse matrix with their true ends on the ground, and what the depth buffer holds there.
+/// The rays by the inverse of the whole matrix with their true ends on the ground, and what the depth buffer holds there.
 fn surface(lens: Lens, depth: Depth, view: &DMat4, clip: &DMat4) -> (Vec<PixelRay>, Vec<f32>) {
     let [width, height] = SIZE.map(f64::from);
-    let (world_from_view, rotation) = (view.inverse(), view.transpose());
+    let (world_from_view, world_from_clip) = (view.inverse(), (*clip * *view).inverse());
+    let in_view = if lens == Lens::Beside { BESIDE } else { DVec3::ZERO };
+    let eye = world_from_view.transform_point3(in_view);
     let rays = texels_of(SIZE, |x, y| {
         let ndc = [2.0 * (f64::from(x) + 0.5) / width - 1.0, 1.0 - 2.0 * (f64::from(y) + 0.5) / height];
-        // x_clip = ndc·w_clip, solved in view space: at z = −1, or for every z.
-        let shift = if lens == Lens::Orthographic { clip.w_axis } else { -clip.z_axis };
-        let (u, v) = ((ndc[0] - shift.x) / clip.x_axis.x, (ndc[1] - shift.y) / clip.y_axis.y);
-        let turn = |v: DVec3| rotation.transform_vector3(v);
-        let (origin, direction) = if lens == Lens::Orthographic {
-            (turn(DVec3::new(u, v, 0.0)), turn(DVec3::NEG_Z))
+        // Two points that the pixel shows, the nearer one first.
+        let at = |z: f64| world_from_clip.project_point3(DVec3::new(ndc[0], ndc[1], z));
+        let (near, far) = if depth == Depth::Forward { (at(0.25), at(0.5)) } else { (at(0.5), at(0.25)) };
+        let direction = (far - near).normalize();
+        let origin = if lens.is_parallel() {
+            // From the plane of the eye.
+            let along = view.transform_vector3(direction).z;
+            near - direction * (view.transform_point3(near).z / along) - eye
         } else {
-            (DVec3::ZERO, turn(DVec3::new(u, v, -1.0)).normalize())
+            DVec3::ZERO
         };
-        let eye = world_from_view.w_axis.truncate();
         let end = if direction.y < -1e-9 { -(eye + origin).y / direction.y } else { f64::INFINITY };
         PixelRay { origin, direction, end: if end > 0.0 { end } else { f64::INFINITY } }
     });
     let cleared = if depth == Depth::Forward { 1.0 } else { 0.0 };
-    let linear = lens == Lens::Orthographic && depth == Depth::ReversedInfinite;
+    let linear = lens.is_parallel() && depth == Depth::ReversedInfinite;
     let buffer = rays.iter().map(|ray| {
         // A rasteriser clips what is beyond its far plane.
         if !(ray.end < 0.9 * FAR) {
             return if linear { f32::INFINITY } else { cleared };
         }
-        let p_view = view.transform_point3(EYE + ray.origin + ray.end * ray.direction);
+        let p_view = view.transform_point3(eye + ray.origin + ray.end * ray.direction);
         let p_clip = *clip * p_view.extend(1.0);
         if linear { -p_view.z as f32 } else { (p_clip.z / p_clip.w) as f32 }
     });
@@ -255,7 +322,7 @@ fn beside_a_spot(camera: Camera, epipole: Epipole, eye_inside: bool) -> Result<S
     let [x, y] = place(epipole);
     // All rays of a parallel camera are as far: the lamp lies on the one of that image point, before or behind the eye.
     let along = if epipole == Epipole::Behind { -2.1 } else { 3.7 };
-    let position = EYE + camera.ray(x, y).origin + along * camera.forward();
+    let position = EYE + camera.ray(x, y).origin + along * camera.ray(x, y).direction;
     let direction = if eye_inside { EYE - position } else { position - EYE };
     scenes::spot_at(position, direction + DVec3::new(0.1, -0.07, 0.04), camera)
 }
@@ -279,7 +346,17 @@ mod tests {
 
     #[test]
     fn the_eye_is_where_the_row_says_and_so_is_the_epipole() {
-        for lens in [Lens::Perspective, Lens::OffCentre, Lens::Orthographic] {
+        let lenses = [
+            Lens::Perspective,
+            Lens::OffCentre,
+            Lens::Orthographic,
+            Lens::Beside,
+            Lens::Turned,
+            Lens::Sheared,
+            Lens::LeftHanded,
+            Lens::Oblique,
+        ];
+        for lens in lenses {
             for epipole in
                 [Epipole::Inside, Epipole::Edge, Epipole::Outside, Epipole::Behind, Epipole::Infinity]
             {
@@ -297,7 +374,7 @@ mod tests {
                         Epipole::Inside => assert!(w > 0.0 && (x - 4.3).abs() < 1e-9),
                         Epipole::Edge => assert!(w > 0.0 && x.abs() < 1e-9, "{x}"),
                         Epipole::Outside => assert!(w > 0.0 && x < -7.0),
-                        Epipole::Behind if lens != Lens::Orthographic => assert!(w < 0.0),
+                        Epipole::Behind if !lens.is_parallel() => assert!(w < 0.0),
                         Epipole::Behind => {}
                         Epipole::Infinity => assert!(w.abs() < 1e-9, "{lens:?} {w}"),
                     }
@@ -308,8 +385,13 @@ mod tests {
 
     #[test]
     fn distances_are_decoded_to_what_the_row_allows() {
-        for lens in [Lens::Perspective, Lens::OffCentre, Lens::Orthographic] {
-            for depth in [Depth::Forward, Depth::Reversed, Depth::ReversedInfinite] {
+        let plain = [Lens::Perspective, Lens::OffCentre, Lens::Orthographic];
+        let whole = [Lens::Beside, Lens::Turned, Lens::Sheared, Lens::LeftHanded, Lens::Oblique];
+        for lens in plain.into_iter().chain(whole) {
+            let reversed = [Depth::Reversed].into_iter();
+            let others =
+                [Depth::Forward, Depth::ReversedInfinite].into_iter().filter(|_| plain.contains(&lens));
+            for depth in reversed.chain(others) {
                 let scene = scene(lens, depth, Epipole::Inside, true, NEAR).unwrap();
                 let rays = scene.rays.as_ref().unwrap();
                 assert!(rays.iter().any(|ray| ray.end < 30.0));

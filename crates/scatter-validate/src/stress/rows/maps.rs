@@ -2,7 +2,7 @@
 
 use scatter_core::ModelError;
 
-use crate::checks::{cascades, coloured_glass};
+use crate::checks::{behind_lamp_glass, cascades, coloured_glass};
 use crate::scenario::{MapLayer, Scenario, Shadow};
 use crate::stress::row::StressRow;
 use crate::stress::scenes::{self, SCENES};
@@ -38,6 +38,9 @@ pub fn rows() -> Vec<StressRow> {
         "coloured glass, sun",
         scenes::sun().map(|s| Scenario { glass: Some(coloured_glass()), ..s }),
     ));
+    for (light, scene) in [("point", scenes::point()), ("spot", scenes::spot())] {
+        rows.push(row(&format!("coloured glass, {light}"), scene.map(behind_lamp_glass)));
+    }
     rows
 }
 
