@@ -8,7 +8,7 @@
 //! geometry   camera, light ──▶ Epipole ──▶ SliceSet (sinh-spaced lines in fans) ──▶ FanPixels (each pixel in one gap)
 //! driver     SliceDriver:  for each slice a SliceView and its SliceQueries ──▶ SliceIntegrator ──▶ shares
 //! rows           its light rays:   for_each_line ──▶ MapLine ──▶ Row (runs; steps over MinMaxTiles)
-//! baran          Baran:            Factors (Γ·B) + Row + queries ──▶ sums (blocks, sweep)
+//! baran          Baran:            Factors (Γ·B) + Row + queries ──▶ sums (blocks, sweep); height fog: edges of Row + closed forms
 //! driver     gaps whose slices differ get a slice in between ──▶ shares of the unoccluded light ──▶ Resolve ──▶ image
 //! ```
 //!
@@ -30,6 +30,8 @@
 //! - **Slices are spaced by measurement**: a sample of gaps is compared with a slice through its middle, and gaps whose two
 //!   slices differ are halved for the pixels in doubt ([`Refinement`](driver::Refinement),
 //!   [`ErrorTarget`](driver::ErrorTarget)).
+//! - **Height fog** under a sun is not factorised: a lit stretch is a difference of transmittances, and a query sums closed forms
+//!   over the edges of what it sees lit, exactly (`baran/fog`; README).
 //! - **Lamps** without 1/d² (it cancels against the Jacobian), γ as a [`diamond_angle`](geometry::diamond_angle).
 //! - **Cascades and cube faces** are cut from a slice by its light rays ([`for_each_line`](rows::for_each_line)).
 //!
@@ -37,7 +39,7 @@
 //!
 //! # What it cannot do
 //!
-//! Orthographic cameras, and lamps in media with |g| > 0.99 are `Unsupported`. What is thinner than the gap
+//! Orthographic cameras, lamps in height fog, and lamps in media with |g| > 0.99 are `Unsupported`. What is thinner than the gap
 //! between two slices that agree is not seen. Factors of a lamp whose measured error is above 0.4 % (backward lobes over
 //! long rays in thin fog) are not used: its pixels are walked one by one, which is slow.
 

@@ -4,7 +4,7 @@
 //! last bit and a dark one gets 0, at any rank. The phase function of a sun is constant along a ray and comes in here,
 //! exactly and at no cost for the sums.
 
-use scatter_core::{Frame, Level, LightIntegralF32, RayLanes, transmittances_f32, walked_radiance};
+use scatter_core::{Frame, Level, LightIntegralF32, RayLanes, transmittances_of_pixels_f32, walked_radiance};
 
 use super::shares::Shares;
 
@@ -43,7 +43,7 @@ impl<'a> Resolve<'a> {
             for lane in 0..lanes {
                 ends[lane] = depth[x + lane].min(limit);
             }
-            let through = transmittances_f32(self.frame.medium(), &ends);
+            let through = transmittances_of_pixels_f32(self.frame.setup(), (x as u32, y), &ends);
             let mut radiance =
                 self.light.whole_rays(self.simd, self.frame.setup(), (x as u32, y), &ends, &through);
             let mut left_out = 0u32;

@@ -6,6 +6,7 @@ mod convergence;
 mod direct;
 mod epipole_on_screen;
 mod facts;
+mod fog;
 mod instances;
 mod intervals;
 mod judged;
