@@ -70,24 +70,25 @@ pub struct Counts {
 }
 
 impl<S> Worker<S> {
-    /// Grows all buffers to what any slice of such a frame may need, but the integrator's; forgets what was counted.
-    pub fn reserve(&mut self, room: &SliceRoom<'_>) {
+    /// Grows all buffers to what any slice of such a frame may need, with at most `gap` pixels on one side of it, but the
+    /// integrator's; forgets what was counted.
+    pub fn reserve(&mut self, room: &SliceRoom<'_>, gap: usize) {
         let SliceRoom { columns, queries, channels, .. } = *room;
         self.angles.reserve(columns);
         self.queries.clear(queries, channels);
         for list in self.gaps.iter_mut().chain(self.halves.iter_mut().flatten()) {
-            list.clear(queries / 2, channels);
+            list.clear(gap, channels);
             list.list_none(columns, COLUMN_STRIDE as usize, channels);
         }
         self.lines.iter_mut().for_each(|line| line.reserve(columns));
         self.counts = Counts::default();
     }
 
-    /// Most queries of a slice in an image of so many columns.
-    pub fn most_queries(columns: usize, spacing: f64) -> usize {
+    /// Most pixels of a gap in an image of a size.
+    pub fn most_between([width, height]: [usize; 2], spacing: f64) -> usize {
         // A pixel is beside a slice if it is within a spacing of it, measured across; 45° slices are √2 wider along a
         // column.
-        columns * (2 * ((1.5 * spacing).ceil() as usize + 1))
+        (width.max(height) * ((1.5 * spacing).ceil() as usize + 1)).min(width * height)
     }
 
     /// Bytes held, but those of the integrator.

@@ -20,6 +20,13 @@ use crate::rows::MinMaxTiles;
 /// Slices a radian, at least, where the spacing is measured: fewer, and the sample has no gaps.
 const FEWEST_SLICES: f64 = 100.0;
 
+/// Slices of a frame at the most, beside [`SLICES_A_PIXEL`]: a few megabytes. A view of nearly half of all directions asks for
+/// more, since what lies between two slices is a part of the view. Fewer, and thumbnails of wide views are walked.
+const MOST_SLICES: usize = 1 << 18;
+
+/// A pixel's own walk costs no more than a few slices: where a frame asks for more of them than that, its pixels are walked.
+const SLICES_A_PIXEL: usize = 4;
+
 /// Gaps of a task. More keep threads idle at the end of a frame, fewer integrate more slices twice.
 const TASK: usize = 32;
 
@@ -50,8 +57,9 @@ impl SliceSettings {
 ///
 /// The same bits for any number of threads: every pixel is written by the one task that owns its gap. Time: the integrator's
 /// for each slice, of which there are about `2·(width + height)/spacing` and more where they are halved; one pass over
-/// the shadow map for its tiles; and some nanoseconds a pixel to list it, to interpolate and to resolve. Memory: a few
-/// numbers a pixel, a column and a texel column, per worker.
+/// the shadow map for its tiles; and some nanoseconds a pixel to list it, to interpolate and to resolve. Where more slices are
+/// asked for than pixels are worth (views of nearly half of all directions) every pixel is walked. Memory: a few numbers a
+/// pixel, a column and a texel column, per worker.
 #[derive(Debug)]
 pub struct SliceDriver<I: SliceIntegrator> {
     /// What sums the slices.
@@ -95,13 +103,13 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let mut clock = StageClock::start();
         let facts = SceneFacts::of(frame);
         let epipole = Epipole::new(frame.camera(), frame.light());
-        let spacing = self.lay_first(frame, &epipole, settings);
+        let (spacing, few_enough) = self.lay_first(frame, &epipole, settings);
         let channels = self.set_up(frame, epipole, spacing, facts.longest_ray);
         clock.lap(&mut stats, "set-up");
 
         // A texture colours light that nothing shadows, too.
         let shadowed = facts.casts_shadow || facts.textured;
-        let integrates = shadowed && self.integrator.is_accurate();
+        let integrates = shadowed && few_enough && self.integrator.is_accurate();
         if integrates && self.integrator.reads_tiles() {
             self.tiles.rebuild(self.simd, frame.shadow());
         }
@@ -133,8 +141,9 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         SliceMap { slices: &self.slices, pixels: &self.fan_pixels }
     }
 
-    /// Lays slices at the spacing to begin with, which it returns, with room for what the next frame may need.
-    fn lay_first(&mut self, frame: &Frame<'_>, epipole: &Epipole, settings: &SliceSettings) -> f64 {
+    /// Lays slices at the spacing to begin with, which it returns, with room for what the next frame may need; and whether
+    /// they are as many as the frame asks for.
+    fn lay_first(&mut self, frame: &Frame<'_>, epipole: &Epipole, settings: &SliceSettings) -> (f64, bool) {
         let [width, height] = frame.size().map(f64::from);
         // Pixels a radian in the middle of the image, along the coarser axis.
         let Window { left, right, bottom, top } = frame.camera().window();
@@ -144,10 +153,14 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let spacing = settings.spacing.min(per_radian / fewest);
         // However the spacing of the next frame turns out.
         let finest = settings.target.map_or(spacing, |target| target.finest.min(spacing));
+        let most = MOST_SLICES as f64 + SLICES_A_PIXEL as f64 * width * height;
+        let few_enough = 2.0 * (width + height) / finest <= most;
+        let (spacing, finest) =
+            if few_enough { (spacing, finest) } else { (settings.spacing, settings.spacing) };
         let most = self.slices.reserve(frame.size(), finest);
         self.tasks.reserve((most / TASK + 16).saturating_sub(self.tasks.len()));
         self.lay(frame, epipole, spacing);
-        spacing
+        (spacing, few_enough)
     }
 
     /// Distributes slices, finds the pixels of their fans, and cuts the gaps into tasks.
@@ -170,10 +183,11 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         self.shares.clear(width * height, channels);
         self.workers.resize_with(parallel::worker_count(), Worker::default);
         let columns = width.max(height);
-        let queries = Worker::<I::Scratch>::most_queries(columns, spacing);
+        let gap = Worker::<I::Scratch>::most_between([width, height], spacing);
+        let queries = (2 * gap).min(width * height);
         let room = SliceRoom { frame, columns, queries, runs: most_runs(frame, columns), channels };
         for worker in &mut self.workers {
-            worker.reserve(&room);
+            worker.reserve(&room, gap);
             self.integrator.reserve(&room, &mut worker.scratch);
         }
         channels
