@@ -48,6 +48,14 @@ static TABLE: OptionTable<Options> = OptionTable {
             refinement.halvings as u32
         ),
         option_row!(
+            "columns",
+            "one column in how many has a view ray that pixels on one surface share; 0: every pixel asks itself",
+            "",
+            OptionRange::WordOrWhole(&["auto"], [0, 16]),
+            |options| options.shared_columns.map_or(OptionValue::Word("auto"), OptionValue::from),
+            |options, value| options.shared_columns = value.as_number().map(|columns| columns as u32)
+        ),
+        option_row!(
             "split",
             "columns that one texel may hide before the light rays behind it are told apart",
             "columns",
@@ -139,8 +147,10 @@ impl Configurable for EpipolarTechnique {
 
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
         // Spacing, tolerance, halvings, split: spacing and tolerance fall together; towards the end gaps are halved more
-        // often.
+        // often. The first two share answers.
         let rungs = [
+            [16.0, 0.5, 2.0, 1.0],
+            [8.0, 0.4, 3.0, 1.0],
             [8.0, 0.4, 2.0, 1.0],
             [4.0, 0.2, 2.0, 1.0],
             [2.0, 0.1, 2.0, 1.0],
@@ -156,13 +166,21 @@ impl Configurable for EpipolarTechnique {
         ];
         let settings = rungs.map(|[spacing, tolerance, halvings, split]| {
             // Small or wide images are cut by the radian, not by the pixel.
-            let fewest = if halvings == f64::from(MOST_HALVINGS) { 2000.0 } else { 400.0 };
+            let is_cheap = tolerance >= 0.4 && (spacing > 8.0 || halvings > 2.0);
+            let fewest = if is_cheap {
+                50.0
+            } else if halvings == f64::from(MOST_HALVINGS) {
+                2000.0
+            } else {
+                400.0
+            };
             vec![
                 ("spacing", spacing),
                 ("tolerance", tolerance),
                 ("halvings", halvings),
                 ("fewest", fewest),
                 ("split", split),
+                ("columns", if is_cheap { 1.0 } else { 0.0 }),
             ]
         });
         settings.into()

@@ -14,6 +14,7 @@ use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup};
 use super::slice_view::SliceScene;
 use super::spacing::{ErrorTarget, SpacingEstimate, SpacingSearch, stride};
+use super::surfaces::Surfaces;
 use crate::geometry::{Epipole, FanPixels, Slice, SliceMap, SliceSet};
 use crate::rows::MinMaxTiles;
 
@@ -43,13 +44,22 @@ pub struct SliceSettings {
     pub refinement: Refinement,
     /// How pixels get a slice's answers.
     pub resampling: Resampling,
+    /// One column in how many has a view ray that pixels on one surface share, 1 to 16; 0: every pixel asks with its own depth.
+    pub shared_columns: u32,
 }
 
 impl SliceSettings {
     /// Slices a given number of pixels apart, none halved: pixels are interpolated between them.
     pub const fn even(spacing: f64) -> Self {
         let refinement = Refinement { tolerance: 1.0, floor: 1.0, halvings: 0, walks_rest: false };
-        Self { spacing, fewest_slices: 1.0, target: None, refinement, resampling: Resampling::Pixels }
+        Self {
+            spacing,
+            fewest_slices: 1.0,
+            target: None,
+            refinement,
+            resampling: Resampling::Pixels,
+            shared_columns: 0,
+        }
     }
 }
 
@@ -110,8 +120,9 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         // A texture colours light that nothing shadows, too.
         let shadowed = facts.casts_shadow || facts.textured;
         let integrates = shadowed && few_enough && self.integrator.is_accurate();
-        if integrates && self.integrator.reads_tiles() {
-            self.tiles.rebuild(self.simd, frame.shadow());
+        self.tiles.forget();
+        if integrates {
+            self.read_tiles(frame);
         }
         clock.lap(&mut stats, "extrema");
 
@@ -193,6 +204,26 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         channels
     }
 
+    /// Reads the extrema of the map's tiles, once a frame, unless so few slices read the map that they are not worth it.
+    fn read_tiles(&mut self, frame: &Frame<'_>) {
+        /// Texels that are read for their extrema in the time of one that a row reads on its own. A quarter of it made rooms
+        /// slower by a fifth.
+        const TEXELS_A_READ: usize = 16;
+        if !self.integrator.reads_tiles() || self.tiles.are_read() {
+            return;
+        }
+        let sizes =
+            || frame.shadow().layers().map(|layer| layer.projection().size().map(|side| side as usize));
+        let (texels, side) = sizes().fold((0, 0), |(area, side), [w, h]| (area + w * h, side.max(w).max(h)));
+        if std::env::var("TILEK").map_or(TEXELS_A_READ, |v| v.parse().unwrap())
+            * self.slices.slices.len()
+            * side
+            >= texels
+        {
+            self.tiles.rebuild(self.simd, frame.shadow());
+        }
+    }
+
     /// Integrates all slices, after their spacing was measured where that is asked for; returns it.
     fn integrate(
         &mut self,
@@ -206,16 +237,17 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             let mut search = SpacingSearch::new(spacing, target.finest);
             while search.goes_on() {
                 let estimate = SpacingEstimate::default();
-                self.run(frame, epipole, channels, settings, Some((&estimate, target)));
-                search.learn(estimate.excess(target));
+                self.run(frame, epipole, (spacing, channels), settings, Some((&estimate, target)));
+                search.learn(estimate.excess(target, settings.refinement.floor));
                 if search.spacing != spacing {
                     spacing = search.spacing;
                     self.lay(frame, &epipole, spacing);
+                    self.read_tiles(frame);
                 }
             }
             clock.lap(stats, "spacing");
         }
-        self.run(frame, epipole, channels, settings, None);
+        self.run(frame, epipole, (spacing, channels), settings, None);
         spacing
     }
 
@@ -224,7 +256,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         &mut self,
         frame: &Frame<'_>,
         epipole: Epipole,
-        channels: usize,
+        (spacing, channels): (f64, usize),
         settings: &SliceSettings,
         estimate: Option<(&SpacingEstimate, ErrorTarget)>,
     ) {
@@ -236,6 +268,12 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             shares: &self.shares,
             refinement: settings.refinement,
             resampling: settings.resampling,
+            surfaces: Surfaces::new(
+                settings.resampling,
+                settings.shared_columns,
+                spacing,
+                &settings.refinement,
+            ),
             estimate,
             channels,
             longest,
