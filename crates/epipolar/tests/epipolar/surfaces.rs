@@ -10,8 +10,7 @@ use crate::judged::{render, scene, truth, uniform};
 const SIZES: [[u32; 2]; 4] = [[83, 57], [41, 77], [1, 61], [59, 1]];
 
 fn sharing(spacing: f64, columns: u32) -> Options {
-    let mut options =
-        Options { resampling: Resampling::Surfaces, shared_columns: columns, ..uniform(spacing) };
+    let mut options = Options { shared_columns: Some(columns), ..uniform(spacing) };
     // No gap is halved, so this is how far a ray may end away from a plane: a twentieth of its length at the most.
     options.refinement.tolerance = 1.0;
     options
@@ -77,18 +76,23 @@ fn where_depths_break_every_pixel_asks_itself() {
     for (seed, kind) in [MapKind::Orthographic, MapKind::Spot].into_iter().enumerate() {
         for size in SIZES {
             let mut scene = scene(11 + seed as u64, Recipe { size, ..Recipe::of(kind) });
-            // Every pixel ends elsewhere than its neighbours, by half of its length.
-            let ends = [2.0, 3.1, 4.7, 7.0];
+            // No two pixels of a column within a dozen rows end within a third of each other, nor do two that are four columns apart
+            // on a slice: nowhere do four view rays see one surface.
             scene.depth = (0..size[0] * size[1])
-                .map(|n| ends[((n % size[0] + 2 * (n / size[0])) % 4) as usize])
+                .map(|n| 0.15 * 1.3f32.powi(((3 * (n % size[0]) + 5 * (n / size[0])) % 13) as i32))
                 .collect();
             let (shared, more) = queries(&scene, sharing(4.0, 4));
             let (asked, many) = queries(&scene, asking(sharing(4.0, 4)));
-            assert!(more >= many, "{kind:?} {size:?}: {more} of {many}");
+            // In a single row both slices see the pixel itself.
+            assert!(more >= many || size.contains(&1), "{kind:?} {size:?}: {more} of {many}");
+            let brightest = asked.inscattered().iter().map(|pixel| pixel[0]).fold(0.0, f32::max);
             let off = shared.inscattered().iter().zip(asked.inscattered());
-            let largest = off.map(|(a, b)| (a[0] - b[0]).abs() / b[0].max(1e-3)).fold(0.0, f32::max);
-            // The same sums, in the order of other queries: some roundings of f32 of thousands of runs.
-            assert!(largest < 1e-4, "{kind:?} {size:?}: {largest}");
+            let largest = off.map(|(a, b)| (a[0] - b[0]).abs() / brightest).fold(0.0, f32::max);
+            println!(
+                "{kind:?} {size:?}: {more} queries, {many} without sharing, largest difference {largest:.1e}"
+            );
+            // The same sums in the order of other queries: a few roundings of f32.
+            assert!(largest < 1e-6, "{kind:?} {size:?}: {largest}");
         }
     }
 }
