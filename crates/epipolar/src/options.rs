@@ -62,11 +62,16 @@ const TUNED_DIAGONAL: f64 = 1600.0;
 /// Image diagonal \[pixels\] from which on the presets measure their spacing. Below it a sample of gaps says little.
 const LEAST_MEASURED_DIAGONAL: f64 = 240.0;
 
-/// What the presets aim at, of their level's error; what a sample does not know of itself is added there.
-const ROOM: f32 = 0.8;
-
-/// The same of previews, whose pixels share answers, which the sample does not see.
-const PREVIEW_ROOM: f32 = 0.7;
+/// What the presets aim at, of their level's error: p99 and RMS; what a sample does not know of itself is added there. Not below
+/// film's tolerance, up to which slices may differ: no spacing would keep it, however fine. Pixels of previews share answers,
+/// which the sample does not see; and the farther slices are apart, the fewer gaps make the RMS.
+const fn room(level: Quality) -> [f32; 2] {
+    match level {
+        Quality::Preview => [0.6, 0.6],
+        Quality::Game => [0.9, 0.65],
+        Quality::Film => [0.9, 0.8],
+    }
+}
 
 impl Default for Options {
     fn default() -> Self {
@@ -83,8 +88,8 @@ impl Options {
             Quality::Game => (4.0, 0.25, 0.04, 3, 0.5, 6e-3),
             Quality::Film => (4.0, 0.125, 0.009, 3, 0.0, 2e-3),
         };
-        let error = level.error() as f32 * if level == Quality::Preview { PREVIEW_ROOM } else { ROOM };
-        let target = ErrorTarget { error, rms: error, finest };
+        let [error, rms] = room(level).map(|part| part * level.error() as f32);
+        let target = ErrorTarget { error, rms, finest };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
         let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
         // Small images have too few gaps for a sample, and cost little anyway.

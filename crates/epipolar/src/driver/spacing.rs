@@ -38,7 +38,7 @@ pub struct SpacingEstimate {
 
 /// Standard deviations that are added to what a sample says. Fewer, and more frames miss their level; more, and frames whose
 /// light is in a few gaps get slices that they do not need.
-const SIGMAS: f64 = 0.6;
+const SIGMAS: f64 = 0.75;
 
 /// Squares of sums of squares are taken in units of 2²⁰, and of 2⁸ at the most: 256 gaps stay within 2⁶⁴.
 const SPREAD_SHIFT: u32 = 20;
