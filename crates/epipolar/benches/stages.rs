@@ -25,7 +25,7 @@ fn slices(c: &mut Criterion) {
     let mut group = c.benchmark_group("slices");
     for size in [[320, 240], [1280, 960]] {
         let middle = DVec3::new(0.5 * f64::from(size[0]), 0.5 * f64::from(size[1]), 1.0);
-        let epipole = Epipole { image: middle, to_light: DVec3::Z, outward: true };
+        let epipole = Epipole { image: middle, to_light: DVec3::Z, outward: true, too_near: 0.03 };
         let mut set = SliceSet::default();
         set.distribute(&epipole, size, 1.0);
         // 13.3 % fewer than pixels of the perimeter, and two a fan.

@@ -27,11 +27,14 @@
 //! - **Bands of 1/sin β with shared factors** instead of a marched ring around the epipole ([`NearEpipole`]).
 //! - **The answer is a share**: a quotient of two sums with the same factors, times the closed form. Unoccluded and dark
 //!   pixels are exact at any rank.
-//! - **Slices are spaced by measurement**: a sample of gaps is compared with a slice through its middle, and gaps whose two
-//!   slices differ are halved for the pixels in doubt ([`Refinement`](driver::Refinement),
-//!   [`ErrorTarget`](driver::ErrorTarget)).
+//! - **Slices are spaced by measurement**: in a sample of gaps a line between two slices is interpolated, halved as its pixels
+//!   would be, and compared with the slice through it; gaps whose two slices differ are halved for the pixels in doubt
+//!   ([`Refinement`](driver::Refinement), [`ErrorTarget`](driver::ErrorTarget)).
 //! - **Height fog** under a sun is not factorised: a lit stretch is a difference of transmittances, and a query sums closed forms
 //!   over the edges of what it sees lit, exactly (`baran/fog`; README).
+//! - **Pixels on one surface share answers** where slices are pixels apart: a slice has one view ray a column for those that
+//!   end where its neighbours' do; pixels at depth edges ask themselves ([`Options::shared_columns`]).
+//! - **Pixels on the epipole**, or as good as on it, are walked ([`Epipole::too_near`](geometry::Epipole::too_near)).
 //! - **Lamps** without 1/d² (it cancels against the Jacobian), γ as a [`diamond_angle`](geometry::diamond_angle).
 //! - **Cascades and cube faces** are cut from a slice by its light rays ([`for_each_line`](rows::for_each_line)).
 //!

@@ -39,6 +39,10 @@ pub struct Options {
     pub near_epipole: NearEpipole,
     /// How pixels get a slice's answers.
     pub resampling: Resampling,
+    /// One column of a slice in how many has a view ray whose answers the pixels on its surface share, 1 to 16, rounded down to a
+    /// power of two; 0: every pixel asks with its own depth. `None`: 1 where the spacing is measured, else 0. Slices that are
+    /// less than 2.5 pixels apart, times the columns, share nothing, since asking is faster there.
+    pub shared_columns: Option<u32>,
 }
 
 /// What is done around the epipole, where view rays and light rays are nearly parallel.
@@ -56,10 +60,18 @@ pub enum NearEpipole {
 const TUNED_DIAGONAL: f64 = 1600.0;
 
 /// Image diagonal \[pixels\] from which on the presets measure their spacing. Below it a sample of gaps says little.
-const LEAST_MEASURED_DIAGONAL: f64 = 480.0;
+const LEAST_MEASURED_DIAGONAL: f64 = 240.0;
 
-/// RMS error, relative to the mean, that the presets aim at where they measure their spacing: 1 % is promised.
-const MOST_RMS: f32 = 0.006;
+/// What the presets aim at, of their level's error: p99 and RMS; what a sample does not know of itself is added there. Not below
+/// film's tolerance, up to which slices may differ: no spacing would keep it, however fine. Pixels of previews share answers,
+/// which the sample does not see; and the farther slices are apart, the fewer gaps make the RMS.
+const fn room(level: Quality) -> [f32; 2] {
+    match level {
+        Quality::Preview => [0.6, 0.6],
+        Quality::Game => [0.9, 0.65],
+        Quality::Film => [0.9, 0.8],
+    }
+}
 
 impl Default for Options {
     fn default() -> Self {
@@ -72,18 +84,12 @@ impl Options {
     /// on real scenes (README), at 640×480 with 2048² maps and at 1280×960 with 4096² maps.
     pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
         let (spacing, finest, tolerance, halvings, split, factor_error) = match level {
-            Quality::Preview => (4.0, 2.0, 0.2, 2, 1.0, 2e-2),
-            Quality::Game => (4.0, 0.25, 0.03, 3, 0.5, 6e-3),
+            Quality::Preview => (8.0, 0.5, 0.2, 2, 1.0, 2e-2),
+            Quality::Game => (4.0, 0.25, 0.04, 3, 0.5, 6e-3),
             Quality::Film => (4.0, 0.125, 0.009, 3, 0.0, 2e-3),
         };
-        // What the sample predicts is met by most scenes; half of it leaves room for the others.
-        // The RMS is made by shadows' edges: in dark halls, relative to a mean of few lit pixels, they are most of it.
-        let error = 0.5 * level.error() as f32;
-        let target = ErrorTarget {
-            error,
-            rms: if level == Quality::Preview { error } else { error.min(MOST_RMS) },
-            finest,
-        };
+        let [error, rms] = room(level).map(|part| part * level.error() as f32);
+        let target = ErrorTarget { error, rms, finest };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
         let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
         // Small images have too few gaps for a sample, and cost little anyway.
@@ -102,13 +108,15 @@ impl Options {
             cells: Cells::Exact,
             near_epipole: NearEpipole::Bands,
             resampling: Resampling::Pixels,
+            shared_columns: None,
         }
     }
 
     /// How slices are laid and refined.
     pub fn slices(&self) -> SliceSettings {
         let Self { spacing, fewest_slices, target, refinement, resampling, .. } = *self;
-        SliceSettings { spacing, fewest_slices, target, refinement, resampling }
+        let shared_columns = self.shared_columns.unwrap_or(u32::from(target.is_some()));
+        SliceSettings { spacing, fewest_slices, target, refinement, resampling, shared_columns }
     }
 
     /// How slices are summed.

@@ -1,8 +1,8 @@
 //! The integrator as tools see it: its options as a table, its choice for a target, and its ladder of settings.
 
 use scatter_core::{
-    Choice, Configurable, OptionError, OptionRange, OptionTable, OptionValue, Rounding, SceneFacts, Target,
-    TechniqueInfo, VolumetricShadow, option_row,
+    Choice, Configurable, MemoryBound, OptionError, OptionRange, OptionTable, OptionValue, Rounding,
+    SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
 use crate::baran::sums::SumAlgorithm;
@@ -46,6 +46,14 @@ static TABLE: OptionTable<Options> = OptionTable {
             "",
             OptionRange::Whole([0, MOST_HALVINGS as u64]),
             refinement.halvings as u32
+        ),
+        option_row!(
+            "columns",
+            "one column in how many has a view ray that pixels on one surface share; 0: every pixel asks itself",
+            "",
+            OptionRange::WordOrWhole(&["auto"], [0, 16]),
+            |options| options.shared_columns.map_or(OptionValue::Word("auto"), OptionValue::from),
+            |options, value| options.shared_columns = value.as_number().map(|columns| columns as u32)
         ),
         option_row!(
             "split",
@@ -96,6 +104,10 @@ static INFO: TechniqueInfo = TechniqueInfo {
                      Strength is one of the f32 factors of a product, three times, and a sum: a few roundings of 6e-8 \
                      each. Lit pixels are the closed form in f32, of a lamp twice the 2.3e-5 that was met",
     },
+    // Shares take 4 bytes a pixel and channel. A worker holds about a kilobyte a pixel beside one slice: at 16 pixels' distance
+    // 50 of a column, so that from 1,024 rows on 96 bytes a pixel of the image suffice; below, the slices and what is left are
+    // fixed. Tiles take 8 bytes for 256 texels, and a row runs along the side of a map alone.
+    memory: MemoryBound { fixed: 32 << 20, a_pixel: 96, a_texel: 1 },
     options: &TABLE,
 };
 
@@ -135,8 +147,10 @@ impl Configurable for EpipolarTechnique {
 
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
         // Spacing, tolerance, halvings, split: spacing and tolerance fall together; towards the end gaps are halved more
-        // often.
+        // often. The first two share answers.
         let rungs = [
+            [16.0, 0.5, 2.0, 1.0],
+            [8.0, 0.4, 3.0, 1.0],
             [8.0, 0.4, 2.0, 1.0],
             [4.0, 0.2, 2.0, 1.0],
             [2.0, 0.1, 2.0, 1.0],
@@ -152,13 +166,21 @@ impl Configurable for EpipolarTechnique {
         ];
         let settings = rungs.map(|[spacing, tolerance, halvings, split]| {
             // Small or wide images are cut by the radian, not by the pixel.
-            let fewest = if halvings == f64::from(MOST_HALVINGS) { 2000.0 } else { 400.0 };
+            let is_cheap = tolerance >= 0.4 && (spacing > 8.0 || halvings > 2.0);
+            let fewest = if is_cheap {
+                50.0
+            } else if halvings == f64::from(MOST_HALVINGS) {
+                2000.0
+            } else {
+                400.0
+            };
             vec![
                 ("spacing", spacing),
                 ("tolerance", tolerance),
                 ("halvings", halvings),
                 ("fewest", fewest),
                 ("split", split),
+                ("columns", if is_cheap { 1.0 } else { 0.0 }),
             ]
         });
         settings.into()

@@ -102,6 +102,6 @@ pub use shadow_map::{CubeShadow, ShadowLayer, ShadowMap};
 pub use simd::{Level, simd_level};
 pub use sun_integral_f32::{SunIntegralF32, transmittances_f32, transmittances_of_pixels_f32};
 pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
-pub use technique::{Configurable, Rounding, Technique, TechniqueInfo, VolumetricShadow};
+pub use technique::{Configurable, MemoryBound, Rounding, Technique, TechniqueInfo, VolumetricShadow};
 pub use texel_walk::{TexelSpan, TexelWalk};
 pub use walked_radiance::walked_radiance;

@@ -139,8 +139,33 @@ pub struct TechniqueInfo {
     pub capabilities: Capabilities,
     /// How far a result moves under changes that mean nothing.
     pub rounding: Rounding,
+    /// How much it holds at the most, whatever the frame and its options are.
+    pub memory: MemoryBound,
     /// Its options.
     pub options: &'static dyn OptionList,
+}
+
+/// Most bytes that a technique holds, its output not counted: they follow from the picture and the map, and from nothing else
+/// that a frame may have in it. For images of up to 16,384 pixels a side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MemoryBound {
+    /// Bytes a thread, however small the frame is.
+    pub fixed: u64,
+    /// Bytes a pixel and thread.
+    pub a_pixel: u64,
+    /// Bytes a texel of the shadow map and of the light's texture.
+    pub a_texel: u64,
+}
+
+impl MemoryBound {
+    /// The bound of a frame on so many threads.
+    pub fn most_bytes(&self, frame: &Frame<'_>, threads: usize) -> u64 {
+        let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+        let maps = frame.shadow().layers().map(|layer| area(layer.projection().size())).sum::<u64>();
+        let texture = frame.texture().map_or(0, |texture| area(texture.projection().size()));
+        let a_thread = self.fixed + self.a_pixel * area(frame.size());
+        a_thread * threads.max(1) as u64 + self.a_texel * (maps + texture)
+    }
 }
 
 /// How far a technique's result may move where mathematics says that it does not: what property tests hold it to.
@@ -185,6 +210,7 @@ impl TechniqueInfo {
             misses: "",
             capabilities,
             rounding: Rounding::F64,
+            memory: MemoryBound { fixed: 1 << 20, a_pixel: 32, a_texel: 16 },
             options: &NO_OPTIONS,
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use scatter::{TECHNIQUES, TechniqueInfo};
+use scatter::{MemoryBound, TECHNIQUES, TechniqueInfo};
 use scatter_scene::raster_devices;
 use scatter_validate::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 use serde_json::{Value, json};
@@ -82,6 +82,11 @@ fn document(info: &TechniqueInfo) -> Value {
         "capabilities": capabilities,
         "cannot": info.capabilities.cannot(),
         "misses": info.misses,
+        "memory": {
+            "fixed_bytes_a_thread": info.memory.fixed,
+            "bytes_a_pixel_and_thread": info.memory.a_pixel,
+            "bytes_a_texel": info.memory.a_texel,
+        },
         "options": options,
     })
 }
@@ -98,6 +103,12 @@ fn describe(text: &mut String, info: &TechniqueInfo) {
     if !info.misses.is_empty() {
         let _ = writeln!(text, "  misses   {}", info.misses);
     }
+    let MemoryBound { fixed, a_pixel, a_texel } = info.memory;
+    let fixed = fixed.div_ceil(1 << 20);
+    let _ = writeln!(
+        text,
+        "  memory   at most {fixed} MiB and {a_pixel} bytes a pixel, each a thread, and {a_texel} bytes a texel"
+    );
     for option in info.options() {
         let unit = if option.unit.is_empty() { String::new() } else { format!(" [{}]", option.unit) };
         let _ = writeln!(text, "  --set {}={}{unit}", option.key, option.default);

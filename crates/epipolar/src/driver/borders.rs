@@ -11,6 +11,8 @@ pub struct Borders {
     pub minors: Vec<f32>,
     /// The first pixel behind it.
     pub pixels: Vec<i32>,
+    /// Where its shared view rays end, by their number; empty if none are shared.
+    pub ends: Vec<f32>,
 }
 
 impl Borders {
@@ -20,6 +22,8 @@ impl Borders {
         self.minors.reserve(columns);
         self.pixels.clear();
         self.pixels.reserve(columns);
+        self.ends.clear();
+        self.ends.reserve(columns + 1);
     }
 
     /// Follows slice `index` of a fan.
@@ -48,6 +52,6 @@ impl Borders {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        4 * (self.minors.capacity() + self.pixels.capacity())
+        4 * (self.minors.capacity() + self.pixels.capacity() + self.ends.capacity())
     }
 }

@@ -16,6 +16,7 @@ mod slice_facts;
 mod slice_integrator;
 mod slice_view;
 mod spacing;
+mod surfaces;
 
 pub use pass::Resampling;
 pub use queries::{OpenQueries, SliceQueries};

@@ -16,6 +16,7 @@ use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom};
 use super::slice_view::{SliceAngles, SliceScene, SliceView};
 use super::spacing::{COLUMN_STRIDE, ErrorTarget, SpacingEstimate};
+use super::surfaces::{SharedColumns, Surfaces};
 use crate::geometry::{ColumnOrder, Fan, FanPixels, Major, Slice};
 
 /// What the slices of a frame share.
@@ -26,6 +27,8 @@ pub struct SlicePass<'a, I> {
     pub shares: &'a Shares,
     pub refinement: Refinement,
     pub resampling: Resampling,
+    /// Which pixels share answers, if any do.
+    pub surfaces: Option<Surfaces>,
     /// Measures gaps instead of filling them.
     pub estimate: Option<(&'a SpacingEstimate, ErrorTarget)>,
     /// Channels whose shares differ, 1 or 3.
@@ -37,7 +40,7 @@ pub struct SlicePass<'a, I> {
 /// How pixels get a slice's answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Resampling {
-    /// Every pixel queries with its own depth.
+    /// Every pixel queries with its own depth, or shares the answers of its surface ([`SliceSettings`](super::SliceSettings)).
     #[default]
     Pixels,
     /// The paper's: a slice is integrated for one view ray a column, with the depth of the pixel nearest to it, and
@@ -56,6 +59,9 @@ pub struct Worker<S> {
     gaps: [PixelsBetween; 2],
     /// Pixels whose gap is halved: a list for each half, a pair a depth of halving.
     halves: [[PixelsBetween; 2]; MOST_HALVINGS as usize + 1],
+    /// What a slice says that others are measured against, per channel, and what they say.
+    line: [Vec<f32>; 3],
+    found: Vec<f32>,
     /// The slice before, this one and the next one.
     lines: [Borders; 3],
     /// Slices that were integrated, and what they were asked.
@@ -70,24 +76,27 @@ pub struct Counts {
 }
 
 impl<S> Worker<S> {
-    /// Grows all buffers to what any slice of such a frame may need, but the integrator's; forgets what was counted.
-    pub fn reserve(&mut self, room: &SliceRoom<'_>) {
+    /// Grows all buffers to what any slice of such a frame may need, with at most `gap` pixels on one side of it, but the
+    /// integrator's; forgets what was counted.
+    pub fn reserve(&mut self, room: &SliceRoom<'_>, gap: usize) {
         let SliceRoom { columns, queries, channels, .. } = *room;
         self.angles.reserve(columns);
         self.queries.clear(queries, channels);
         for list in self.gaps.iter_mut().chain(self.halves.iter_mut().flatten()) {
-            list.clear(queries / 2, channels);
+            list.clear(gap, channels);
             list.list_none(columns, COLUMN_STRIDE as usize, channels);
         }
         self.lines.iter_mut().for_each(|line| line.reserve(columns));
+        self.line.iter_mut().for_each(|line| line.reserve(gap.saturating_sub(line.len())));
+        self.found.reserve(gap.saturating_sub(self.found.len()));
         self.counts = Counts::default();
     }
 
-    /// Most queries of a slice in an image of so many columns.
-    pub fn most_queries(columns: usize, spacing: f64) -> usize {
+    /// Most pixels of a gap in an image of a size.
+    pub fn most_between([width, height]: [usize; 2], spacing: f64) -> usize {
         // A pixel is beside a slice if it is within a spacing of it, measured across; 45° slices are √2 wider along a
         // column.
-        columns * (2 * ((1.5 * spacing).ceil() as usize + 1))
+        (width.max(height) * ((1.5 * spacing).ceil() as usize + 1)).min(width * height)
     }
 
     /// Bytes held, but those of the integrator.
@@ -97,6 +106,7 @@ impl<S> Worker<S> {
             + self.queries.memory_bytes()
             + lists.map(PixelsBetween::memory_bytes).sum::<usize>()
             + self.lines.iter().map(Borders::memory_bytes).sum::<usize>()
+            + 4 * (self.line.iter().map(Vec::capacity).sum::<usize>() + self.found.capacity())
     }
 }
 
@@ -113,12 +123,12 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         let mut lines = std::mem::take(&mut worker.lines);
         let [before, own, next] = &mut lines;
         // The first slice has no gap of this range before it: its own line stands in for the one before.
-        own.follow(self.scene.simd, fan, pixels, slices, range.start);
+        self.follow(own, fan, pixels, slices, range.start);
         let all = pixels.ranges.len();
         worker.gaps[1].list_none(all, self.stride(), self.channels);
         for index in range.start..=range.end {
             if index < range.end {
-                next.follow(self.scene.simd, fan, pixels, slices, index + 1);
+                self.follow(next, fan, pixels, slices, index + 1);
             }
             let has_before = index > range.start;
             let first = if has_before { &*before } else { &*own };
@@ -128,7 +138,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
             if has_before {
                 let between = [&slices[index - 1], &slices[index]];
                 match self.estimate {
-                    Some(estimate) => self.measure_gap(fan, between, estimate, worker),
+                    Some(estimate) => self.measure_gap(fan, between, estimate, index, worker),
                     None => self.finish_gap(fan, between, worker),
                 }
             }
@@ -159,20 +169,32 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         };
         let to = (from..all).rev().find(|&column| busy(column)).unwrap_or(from) + 1;
         let first_column = pixels.columns[0];
+        let [from, to] = match self.shared(pixels) {
+            Some(shared) => shared.surfaces.widened(first_column, [from, to], all),
+            None => [from, to],
+        };
         let width = self.scene.frame.size()[0];
         let strides = if fan.major == Major::X { [1, width] } else { [width, 1] };
         let first = first_column + from as u32;
         let offsets = self.offsets(first_column, from..to, all);
+        let shared = self.shared(pixels);
+        let depth = self.scene.frame.depth().texels();
         let Worker { queries, gaps, .. } = worker;
         at_level!(self.scene.simd, {
             let [before, behind] = &mut *gaps;
             behind.list(Grid { first_column, strides }, [own, last], offsets, channels);
-            behind.find_ends(self.scene.frame.depth().texels(), self.longest);
-            match self.resampling {
-                Resampling::Pixels => {
+            behind.find_ends(depth, self.longest);
+            if let Some(shared) = shared {
+                behind.find_shared(shared, [own, last]);
+            }
+            match (self.resampling, shared) {
+                (_, Some(shared)) => {
+                    queries.merge_shared([before, behind], shared, [from, to], (&own.ends, channels));
+                }
+                (Resampling::Pixels, None) => {
                     queries.merge([before, behind], first_column, offsets.stride, first, channels);
                 }
-                Resampling::Rectified => {
+                (Resampling::Rectified, None) => {
                     queries.merge_rectified([before, behind], lines, offsets, from, channels);
                 }
             }
@@ -181,10 +203,36 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         let Worker { queries, gaps: [before, behind], .. } = worker;
         at_level!(self.scene.simd, {
             for channel in 0..channels {
-                before.answer(1, channel, queries.shares(channel));
-                behind.answer(0, channel, queries.shares(channel));
+                if let Some(SharedColumns { surfaces, .. }) = shared {
+                    queries.interpolate(surfaces, first, to - from, channel);
+                    before.answer_shared(1, channel, queries, first);
+                    behind.answer_shared(0, channel, queries, first);
+                } else {
+                    let shares = queries.shares(channel);
+                    before.answer(1, channel, shares);
+                    behind.answer(0, channel, shares);
+                }
             }
         });
+    }
+
+    /// How the pixels of a fan share answers; what is measured shares none.
+    fn shared(&self, pixels: &FanPixels) -> Option<SharedColumns> {
+        let surfaces = self.surfaces.filter(|_| self.estimate.is_none())?;
+        Some(SharedColumns { surfaces, fan: pixels.columns })
+    }
+
+    /// Follows a slice through its fan.
+    fn follow(&self, line: &mut Borders, fan: &Fan, pixels: &FanPixels, slices: &[Slice], index: usize) {
+        line.follow(self.scene.simd, fan, pixels, slices, index);
+        if let Some(SharedColumns { surfaces, .. }) = self.shared(pixels) {
+            let [width, height] = self.scene.frame.size();
+            let (strides, breadth) =
+                if fan.major == Major::X { ([1, width], height) } else { ([width, 1], width) };
+            let grid = Grid { first_column: pixels.columns[0], strides };
+            let depth = self.scene.frame.depth().texels();
+            surfaces.find_ends(line, pixels, grid, depth, (breadth, self.longest));
+        }
     }
 
     /// The columns whose pixels query: all of a range, or a sample of them.
@@ -211,28 +259,41 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         worker.gaps[0] = pixels;
     }
 
-    /// Compares what a gap's two slices say of its middle with what a slice there says.
+    /// Compares what a line between a gap's two slices gets, interpolated and halved as the pixels beside it are, with what
+    /// the slice through it says.
     fn measure_gap(
         &self,
         fan: &Fan,
         between: [&Slice; 2],
         (estimate, target): (&SpacingEstimate, ErrorTarget),
+        index: usize,
         worker: &mut Worker<I::Scratch>,
     ) {
-        let pixels = std::mem::take(&mut worker.gaps[0]);
-        if !pixels.is_empty() {
-            let [a, b] = between;
-            let middle = Slice::through(&self.scene.epipole, fan.major, 0.5 * (a.exit + b.exit));
-            self.query_all(&middle, fan, &pixels, worker);
-            for channel in 0..self.channels {
-                let middle = worker.queries.shares(channel);
-                at_level!(
-                    self.scene.simd,
-                    estimate.count(target, &self.refinement, pixels.both(channel), middle)
-                );
-            }
+        if worker.gaps[0].is_empty() {
+            return;
         }
+        let [a, b] = between;
+        // Pixels lie anywhere in their gap: so do the lines, evenly over gaps that follow each other (golden ratio).
+        let part = (0.5 + 0.618_033_988_749_895 * index as f64).fract();
+        let line = Slice::through(&self.scene.epipole, fan.major, a.exit + part * (b.exit - a.exit));
+        let across = |slice: &Slice| slice.minor_at(fan.major, 0.5 + f64::from(worker.gaps[0].span()[0]));
+        let [from, own, to] = [a, &line, b].map(across);
+        let part = if to > from { ((own - from) / (to - from)).clamp(0.0, 1.0) as f32 } else { 0.5 };
+        worker.gaps[0].place_at(part);
+        let pixels = std::mem::take(&mut worker.gaps[0]);
+        self.query_all(&line, fan, &pixels, worker);
         worker.gaps[0] = pixels;
+        for (channel, line) in worker.line.iter_mut().enumerate().take(self.channels) {
+            line.clear();
+            line.extend_from_slice(worker.queries.shares(channel));
+        }
+        // What the pixels would get is written where they are, and overwritten once all of them are filled.
+        self.finish_gap(fan, between, worker);
+        for channel in 0..self.channels {
+            worker.gaps[0].read(self.shares, channel, &mut worker.found);
+            let (line, found) = (&worker.line[channel], &worker.found);
+            at_level!(self.scene.simd, estimate.count(target, self.refinement.floor, found, line));
+        }
     }
 
     /// Queries a slice for pixels that come column by column.

@@ -16,31 +16,38 @@ const AHEAD: usize = 8;
 /// Pixels of a gap, column by column.
 #[derive(Debug, Default)]
 pub struct PixelsBetween {
-    count: usize,
+    pub(super) count: usize,
     /// Column in the image.
-    columns: Vec<u32>,
+    pub(super) columns: Vec<u32>,
     /// Index within the column.
-    rows: Vec<i32>,
+    pub(super) rows: Vec<i32>,
     /// Index in the image.
-    places: Vec<u32>,
+    pub(super) places: Vec<u32>,
     /// Where their rays end.
-    ends: Vec<f32>,
+    pub(super) ends: Vec<f32>,
     /// Distance from the first slice over the gap's width, 0 to 1.
-    parts: Vec<f32>,
+    pub(super) parts: Vec<f32>,
     /// What each has asked last, an index into the queries.
-    asked: Vec<u32>,
+    pub(super) asked: Vec<u32>,
+    /// Where answers are shared: indices of those that ask themselves, and where the rays of each of the fan's columns would end
+    /// on one surface, on the slice before and behind.
+    pub(super) askers: Vec<u32>,
+    pub(super) asker_count: usize,
+    pub(super) planes: Vec<[f32; 2]>,
     /// Answers of the slice before and of the one behind, per channel.
-    answers: [[Vec<f32>; 3]; 2],
+    pub(super) answers: [[Vec<f32>; 3]; 2],
     /// Bit 0: in the gap's second half, once it is halved; bit 1: to be answered by a slice nearer to it.
-    flags: Vec<u32>,
+    pub(super) flags: Vec<u32>,
     /// Pixels of the columns before each of the fan's columns, and a few more behind the last.
-    before_columns: Vec<u32>,
+    pub(super) before_columns: Vec<u32>,
 }
 
 /// The half of its gap that a pixel is in, as a flag.
 const SECOND_HALF: u32 = 1;
 /// Its two slices differ.
 const IN_DOUBT: u32 = 2;
+/// It takes the answers of shared view rays.
+pub(super) const SHARED: u32 = 4;
 
 /// How columns and pixels of a fan lie in the image.
 #[derive(Debug, Clone, Copy)]
@@ -107,7 +114,7 @@ impl PixelsBetween {
 
     /// Forgets all pixels; room for `count` of them with answers in some channels.
     pub fn clear(&mut self, count: usize, channels: usize) {
-        self.count = 0;
+        (self.count, self.asker_count) = (0, 0);
         let room = count + AHEAD;
         if self.columns.len() < room {
             for list in [&mut self.columns, &mut self.places, &mut self.asked, &mut self.flags] {
@@ -213,9 +220,15 @@ impl PixelsBetween {
         }
     }
 
-    /// The answers of both slices in one channel.
-    pub fn both(&self, channel: usize) -> [&[f32]; 2] {
-        [0, 1].map(|side| &self.answers[side][channel][..self.count])
+    /// Puts all pixels at one place of the gap.
+    pub fn place_at(&mut self, part: f32) {
+        self.parts[..self.count].fill(part);
+    }
+
+    /// Reads what [`Self::put`] wrote.
+    pub fn read(&self, shares: &Shares, channel: usize, out: &mut Vec<f32>) {
+        out.clear();
+        out.extend(self.places[..self.count].iter().map(|&place| shares.get(place as usize, channel)));
     }
 
     /// Finds the pixels whose two slices differ by more than may be interpolated over; returns whether there are any.
@@ -315,12 +328,14 @@ impl PixelsBetween {
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         let numbers =
-            [&self.columns, &self.places, &self.asked, &self.flags, &self.before_columns].map(Vec::capacity);
+            [&self.columns, &self.places, &self.asked, &self.askers, &self.flags, &self.before_columns]
+                .map(Vec::capacity);
         let answers = self.answers.iter().flatten().map(Vec::capacity).sum::<usize>();
         4 * (numbers.iter().sum::<usize>()
             + self.rows.capacity()
             + self.ends.capacity()
             + self.parts.capacity()
+            + 2 * self.planes.capacity()
             + answers)
     }
 }

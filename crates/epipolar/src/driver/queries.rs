@@ -7,15 +7,18 @@ use super::slice_view::{SliceLight, lamp_light_ray};
 /// columns. Every pixel between two slices is a query of both of them, with its own depth.
 #[derive(Debug, Default)]
 pub struct SliceQueries {
-    count: usize,
+    pub(super) count: usize,
     /// Column of each, from the slice's first.
-    columns: Vec<u32>,
+    pub(super) columns: Vec<u32>,
     /// Where each ray ends.
-    ends: Vec<f32>,
+    pub(super) ends: Vec<f32>,
     /// The light ray in which it ends.
     gammas: Vec<f32>,
     /// Share of the unoccluded light that the slice finds, per channel.
-    shares: [Vec<f32>; 3],
+    pub(super) shares: [Vec<f32>; 3],
+    /// Where answers are shared: the shared view ray's query of each column, and the answers along the slice.
+    pub(super) before_columns: Vec<u32>,
+    pub(super) along: Vec<f32>,
 }
 
 impl SliceQueries {
@@ -158,7 +161,7 @@ impl SliceQueries {
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         let shares = self.shares.iter().map(Vec::capacity).sum::<usize>();
-        4 * (3 * self.columns.capacity() + shares)
+        4 * (3 * self.columns.capacity() + shares + 2 * self.before_columns.capacity())
     }
 }
 

@@ -41,6 +41,12 @@ impl Shares {
         }
     }
 
+    /// The share of a pixel; negative where no slice has written one.
+    #[inline(always)]
+    pub fn get(&self, pixel: usize, channel: usize) -> f32 {
+        f32::from_bits(self.slots[channel * self.pixels + pixel].load(Ordering::Relaxed))
+    }
+
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         4 * self.slots.capacity()

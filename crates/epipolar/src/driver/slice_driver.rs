@@ -14,11 +14,19 @@ use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup};
 use super::slice_view::SliceScene;
 use super::spacing::{ErrorTarget, SpacingEstimate, SpacingSearch, stride};
+use super::surfaces::Surfaces;
 use crate::geometry::{Epipole, FanPixels, Slice, SliceMap, SliceSet};
 use crate::rows::MinMaxTiles;
 
 /// Slices a radian, at least, where the spacing is measured: fewer, and the sample has no gaps.
 const FEWEST_SLICES: f64 = 100.0;
+
+/// Slices of a frame at the most, beside [`SLICES_A_PIXEL`]: a few megabytes. A view of nearly half of all directions asks for
+/// more, since what lies between two slices is a part of the view. Fewer, and thumbnails of wide views are walked.
+const MOST_SLICES: usize = 1 << 18;
+
+/// A pixel's own walk costs no more than a few slices: where a frame asks for more of them than that, its pixels are walked.
+const SLICES_A_PIXEL: usize = 4;
 
 /// Gaps of a task. More keep threads idle at the end of a frame, fewer integrate more slices twice.
 const TASK: usize = 32;
@@ -36,13 +44,22 @@ pub struct SliceSettings {
     pub refinement: Refinement,
     /// How pixels get a slice's answers.
     pub resampling: Resampling,
+    /// One column in how many has a view ray that pixels on one surface share, 1 to 16; 0: every pixel asks with its own depth.
+    pub shared_columns: u32,
 }
 
 impl SliceSettings {
     /// Slices a given number of pixels apart, none halved: pixels are interpolated between them.
     pub const fn even(spacing: f64) -> Self {
         let refinement = Refinement { tolerance: 1.0, floor: 1.0, halvings: 0, walks_rest: false };
-        Self { spacing, fewest_slices: 1.0, target: None, refinement, resampling: Resampling::Pixels }
+        Self {
+            spacing,
+            fewest_slices: 1.0,
+            target: None,
+            refinement,
+            resampling: Resampling::Pixels,
+            shared_columns: 0,
+        }
     }
 }
 
@@ -50,8 +67,9 @@ impl SliceSettings {
 ///
 /// The same bits for any number of threads: every pixel is written by the one task that owns its gap. Time: the integrator's
 /// for each slice, of which there are about `2·(width + height)/spacing` and more where they are halved; one pass over
-/// the shadow map for its tiles; and some nanoseconds a pixel to list it, to interpolate and to resolve. Memory: a few
-/// numbers a pixel, a column and a texel column, per worker.
+/// the shadow map for its tiles; and some nanoseconds a pixel to list it, to interpolate and to resolve. Where more slices are
+/// asked for than pixels are worth (views of nearly half of all directions) every pixel is walked. Memory: a few numbers a
+/// pixel, a column and a texel column, per worker.
 #[derive(Debug)]
 pub struct SliceDriver<I: SliceIntegrator> {
     /// What sums the slices.
@@ -95,15 +113,16 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let mut clock = StageClock::start();
         let facts = SceneFacts::of(frame);
         let epipole = Epipole::new(frame.camera(), frame.light());
-        let spacing = self.lay_first(frame, &epipole, settings);
+        let (spacing, few_enough) = self.lay_first(frame, &epipole, settings);
         let channels = self.set_up(frame, epipole, spacing, facts.longest_ray);
         clock.lap(&mut stats, "set-up");
 
         // A texture colours light that nothing shadows, too.
         let shadowed = facts.casts_shadow || facts.textured;
-        let integrates = shadowed && self.integrator.is_accurate();
-        if integrates && self.integrator.reads_tiles() {
-            self.tiles.rebuild(self.simd, frame.shadow());
+        let integrates = shadowed && few_enough && self.integrator.is_accurate();
+        self.tiles.forget();
+        if integrates {
+            self.read_tiles(frame);
         }
         clock.lap(&mut stats, "extrema");
 
@@ -133,8 +152,9 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         SliceMap { slices: &self.slices, pixels: &self.fan_pixels }
     }
 
-    /// Lays slices at the spacing to begin with, which it returns, with room for what the next frame may need.
-    fn lay_first(&mut self, frame: &Frame<'_>, epipole: &Epipole, settings: &SliceSettings) -> f64 {
+    /// Lays slices at the spacing to begin with, which it returns, with room for what the next frame may need; and whether
+    /// they are as many as the frame asks for.
+    fn lay_first(&mut self, frame: &Frame<'_>, epipole: &Epipole, settings: &SliceSettings) -> (f64, bool) {
         let [width, height] = frame.size().map(f64::from);
         // Pixels a radian in the middle of the image, along the coarser axis.
         let Window { left, right, bottom, top } = frame.camera().window();
@@ -144,10 +164,14 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let spacing = settings.spacing.min(per_radian / fewest);
         // However the spacing of the next frame turns out.
         let finest = settings.target.map_or(spacing, |target| target.finest.min(spacing));
+        let most = MOST_SLICES as f64 + SLICES_A_PIXEL as f64 * width * height;
+        let few_enough = 2.0 * (width + height) / finest <= most;
+        let (spacing, finest) =
+            if few_enough { (spacing, finest) } else { (settings.spacing, settings.spacing) };
         let most = self.slices.reserve(frame.size(), finest);
         self.tasks.reserve((most / TASK + 16).saturating_sub(self.tasks.len()));
         self.lay(frame, epipole, spacing);
-        spacing
+        (spacing, few_enough)
     }
 
     /// Distributes slices, finds the pixels of their fans, and cuts the gaps into tasks.
@@ -170,13 +194,34 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         self.shares.clear(width * height, channels);
         self.workers.resize_with(parallel::worker_count(), Worker::default);
         let columns = width.max(height);
-        let queries = Worker::<I::Scratch>::most_queries(columns, spacing);
+        let gap = Worker::<I::Scratch>::most_between([width, height], spacing);
+        let queries = (2 * gap).min(width * height);
         let room = SliceRoom { frame, columns, queries, runs: most_runs(frame, columns), channels };
         for worker in &mut self.workers {
-            worker.reserve(&room);
+            worker.reserve(&room, gap);
             self.integrator.reserve(&room, &mut worker.scratch);
         }
         channels
+    }
+
+    /// Reads the extrema of the map's tiles, once a frame, unless so few slices read the map that they are not worth it.
+    fn read_tiles(&mut self, frame: &Frame<'_>) {
+        /// Texels that are read for their extrema in the time of one that a row reads on its own. A quarter of it made rooms
+        /// slower by a fifth.
+        const TEXELS_A_READ: usize = 16;
+        if !self.integrator.reads_tiles() || self.tiles.are_read() {
+            return;
+        }
+        let sizes =
+            || frame.shadow().layers().map(|layer| layer.projection().size().map(|side| side as usize));
+        let (texels, side) = sizes().fold((0, 0), |(area, side), [w, h]| (area + w * h, side.max(w).max(h)));
+        if std::env::var("TILEK").map_or(TEXELS_A_READ, |v| v.parse().unwrap())
+            * self.slices.slices.len()
+            * side
+            >= texels
+        {
+            self.tiles.rebuild(self.simd, frame.shadow());
+        }
     }
 
     /// Integrates all slices, after their spacing was measured where that is asked for; returns it.
@@ -192,16 +237,17 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             let mut search = SpacingSearch::new(spacing, target.finest);
             while search.goes_on() {
                 let estimate = SpacingEstimate::default();
-                self.run(frame, epipole, channels, settings, Some((&estimate, target)));
-                search.learn(estimate.excess(target));
+                self.run(frame, epipole, (spacing, channels), settings, Some((&estimate, target)));
+                search.learn(estimate.excess(target, settings.refinement.floor));
                 if search.spacing != spacing {
                     spacing = search.spacing;
                     self.lay(frame, &epipole, spacing);
+                    self.read_tiles(frame);
                 }
             }
             clock.lap(stats, "spacing");
         }
-        self.run(frame, epipole, channels, settings, None);
+        self.run(frame, epipole, (spacing, channels), settings, None);
         spacing
     }
 
@@ -210,7 +256,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         &mut self,
         frame: &Frame<'_>,
         epipole: Epipole,
-        channels: usize,
+        (spacing, channels): (f64, usize),
         settings: &SliceSettings,
         estimate: Option<(&SpacingEstimate, ErrorTarget)>,
     ) {
@@ -222,6 +268,12 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             shares: &self.shares,
             refinement: settings.refinement,
             resampling: settings.resampling,
+            surfaces: Surfaces::new(
+                settings.resampling,
+                settings.shared_columns,
+                spacing,
+                &settings.refinement,
+            ),
             estimate,
             channels,
             longest,

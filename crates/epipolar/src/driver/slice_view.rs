@@ -141,7 +141,7 @@ impl<'a> SliceView<'a> {
     }
 
     /// The slice through the centre of pixel `(x, y)`, with all columns on its side of the epipole, and the pixel's column;
-    /// `None` where the epipole hits it.
+    /// `None` where it is too near to the epipole.
     pub fn through_pixel(
         scene: SliceScene<'a>,
         [x, y]: [u32; 2],
@@ -150,6 +150,9 @@ impl<'a> SliceView<'a> {
         let epipole = scene.epipole;
         let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let away = epipole.towards(centre);
+        if epipole.is_too_near(away) {
+            return None;
+        }
         let major = if away.x.abs() >= away.y.abs() { Major::X } else { Major::Y };
         let [width, height] = scene.frame.size();
         let (length, column) = if major == Major::X { (width, x) } else { (height, y) };

@@ -2,8 +2,8 @@
 //!
 //! Pixels are taken by the fan's columns (rows for a steep fan; both are called columns here). In each column the
 //! fan's pixels are one range, and its slices cut that range into gaps. Every decision is made once and by one
-//! formula, so that each pixel of the image is in exactly one gap of one fan, whatever rounding does; the pixel that
-//! the epipole hits exactly is in none.
+//! formula, so that each pixel of the image is in exactly one gap of one fan, whatever rounding does; the one that
+//! the epipole hits, or as good as hits ([`Epipole::too_near`]), is in none.
 
 use glam::DVec2;
 
@@ -12,8 +12,9 @@ use super::slices::{Fan, Major, Slice};
 
 /// The columns of a fan, and the range of its pixels in each: `ranges` has an entry a column.
 ///
-/// Every pixel of the image is in exactly one gap of one fan, whatever rounding does, but for the one that the epipole hits
-/// exactly, which is in none. O(columns).
+/// Every pixel of the image is in exactly one gap of one fan, whatever rounding does, but for those that are
+/// [too near](Epipole::too_near) to the epipole, which are in none: one at the most, as long as a pixel is wider than 1e-6
+/// of a radian. O(columns).
 #[derive(Debug, Clone, Default)]
 pub struct FanPixels {
     /// First column and the one after the last.
@@ -44,7 +45,10 @@ impl FanPixels {
         for column in self.columns[0]..self.columns[1] {
             let from = first.first_pixel(column, breadth);
             let to = last.first_pixel(column, breadth);
-            self.ranges.push([from, to.max(from)]);
+            // Pixels of a fan are no farther from the epipole across its columns than along them.
+            let near = fan.major.of(epipole.towards(DVec2::splat(f64::from(column) + 0.5)));
+            let is_too_near = near.abs() <= epipole.too_near * epipole.image.z;
+            self.ranges.push([from, if is_too_near { from } else { to.max(from) }]);
         }
     }
 }
@@ -114,7 +118,7 @@ mod tests {
     use super::*;
 
     fn epipole(x: f64, y: f64, w: f64) -> Epipole {
-        Epipole { image: DVec3::new(x, y, w), to_light: DVec3::Z, outward: true }
+        Epipole { image: DVec3::new(x, y, w), to_light: DVec3::Z, outward: true, too_near: 0.03 }
     }
 
     /// Epipoles inside, on pixel centres and corners, on the border, outside, far outside, at infinity.
@@ -123,6 +127,9 @@ mod tests {
         for (x, y) in [
             (20.3, 11.7),
             (20.5, 11.5),
+            (20.5 + 1e-9, 11.5 - 3e-10),
+            (20.49, 11.525),
+            (20.4, 11.49),
             (20.0, 11.0),
             (0.0, 0.0),
             (41.0, 0.0),
@@ -183,7 +190,7 @@ mod tests {
                         }
                     }
                 }
-                let hit = epipole.towards(DVec2::new(20.5, 11.5)) == DVec2::ZERO;
+                let hit = epipole.is_too_near(epipole.towards(DVec2::new(20.5, 11.5)));
                 for (index, &owner) in owners.iter().enumerate() {
                     let expected = usize::from(!(hit && index == 11 * 41 + 20));
                     assert_eq!(owner, expected, "{epipole:?} {spacing}: pixel {} {}", index % 41, index / 41);

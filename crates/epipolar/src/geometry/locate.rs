@@ -25,7 +25,7 @@ pub struct PixelPlace {
 }
 
 impl SliceMap<'_> {
-    /// The place of pixel `(x, y)`; `None` for the one that the epipole hits exactly. O(fans + log slices).
+    /// The place of pixel `(x, y)`; `None` for one that is too near to the epipole. O(fans + log slices).
     pub fn locate(&self, [x, y]: [u32; 2]) -> Option<PixelPlace> {
         for (index, (fan, pixels)) in self.slices.fans.iter().zip(self.pixels).enumerate() {
             let (column, row) = match fan.major {

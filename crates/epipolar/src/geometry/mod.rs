@@ -13,8 +13,8 @@ mod slices;
 
 pub use column_order::ColumnOrder;
 pub use diamond_angle::{diamond_angle, direction_of_diamond_angle};
-pub use epipole::Epipole;
+pub use epipole::{Epipole, STEEPEST};
 pub use fan_pixels::FanPixels;
 pub use locate::{PixelPlace, SliceMap};
-pub use slice_plane::{STEEPEST, SlicePlane, SliceRecord};
+pub use slice_plane::{SlicePlane, SliceRecord};
 pub use slices::{Fan, Major, Slice, SliceSet};

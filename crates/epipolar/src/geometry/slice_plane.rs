@@ -9,7 +9,7 @@
 use glam::{DVec2, DVec3};
 use scatter_core::Camera;
 
-use super::epipole::Epipole;
+use super::epipole::{Epipole, STEEPEST};
 use super::slices::{Major, Slice};
 
 /// A slice's half-plane and its view rays in rectified coordinates (Baran et al. 2010, Section 3; lamps: Section 9).
@@ -72,7 +72,8 @@ impl SlicePlane {
         [self.column_row, self.depth_row]
     }
 
-    /// `[sin β, cos β]` of the columns from `first` on, the sine at least 1 / [`STEEPEST`].
+    /// `[sin β, cos β]` of the columns from `first` on, the sine at least 1 / [`STEEPEST`]: no view ray of
+    /// a pixel between slices has a smaller one.
     #[inline(always)]
     pub fn angles(&self, first: u32, sines: &mut [f32], cosines: &mut [f32]) {
         for (index, (sine, cosine)) in sines.iter_mut().zip(cosines).enumerate() {
@@ -110,10 +111,6 @@ impl From<&SlicePlane> for SliceRecord {
         }
     }
 }
-
-/// Largest 1/sin β that is told apart: 0.01 pixel from the epipole at 160 pixels a degree. A larger value makes more
-/// bands around the epipole; a smaller one moves rays there by more than a hundredth of a pixel.
-pub const STEEPEST: f64 = 1_000_000.0;
 
 /// The ray through an image point, with length 1 along the view direction.
 fn direction_through(camera: &Camera, p: DVec2) -> DVec3 {

@@ -82,7 +82,11 @@ impl RunWriter<'_> {
     ) -> u32 {
         let surface = Surface::new(line, settings.columns);
         let stretches = Stretches::new(line);
-        surface.judge(simd, &stretches, tiles, certain);
+        if tiles.extrema.is_empty() {
+            certain[..stretches.count as usize].fill(UNSURE);
+        } else {
+            surface.judge(simd, &stretches, tiles, certain);
+        }
         let mut cells = CellBatch::default();
         let (mut from, mut read) = (0, 0);
         while from < stretches.count {

@@ -99,9 +99,20 @@ impl MinMaxTiles {
         end - self.firsts[layer]
     }
 
-    /// The finest tiles of layer `index` of the map that was read last.
+    /// Forgets the map that was read last: rows then read every texel, and are the same.
+    pub fn forget(&mut self) {
+        self.levels.clear();
+        self.firsts.clear();
+    }
+
+    /// Whether a map was read and not forgotten.
+    pub fn are_read(&self) -> bool {
+        !self.firsts.is_empty()
+    }
+
+    /// The finest tiles of layer `index` of the map that was read last; none at all if it was forgotten.
     pub fn layer(&self, index: usize) -> LayerTiles<'_> {
-        self.level(index, 0)
+        if self.are_read() { self.level(index, 0) } else { LayerTiles { extrema: &[], width: 0 } }
     }
 
     /// The finest tiles of a layer, to be changed: rows believe what they say.

@@ -16,7 +16,14 @@ fn epipoles() -> Vec<Epipole> {
         (1.0, 0.3, 0.0),
         (0.0, -1.0, 0.0),
     ];
-    places.map(|(x, y, w)| Epipole { image: DVec3::new(x, y, w), to_light: DVec3::Z, outward: true }).into()
+    places
+        .map(|(x, y, w)| Epipole {
+            image: DVec3::new(x, y, w),
+            to_light: DVec3::Z,
+            outward: true,
+            too_near: 0.03,
+        })
+        .into()
 }
 
 #[test]

@@ -17,3 +17,4 @@ mod min_max_tiles;
 mod row_of_pixel;
 mod rows;
 mod slices;
+mod surfaces;

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 const SIZE: [u32; 2] = [1280, 960];
 
 fn epipole(x: f64, y: f64) -> Epipole {
-    Epipole { image: DVec3::new(x, y, 1.0), to_light: DVec3::Z, outward: true }
+    Epipole { image: DVec3::new(x, y, 1.0), to_light: DVec3::Z, outward: true, too_near: 0.03 }
 }
 
 /// The farthest distance of a pixel's centre from the nearest slice of its fan, in pixels, measured across the slice;

@@ -1,8 +1,8 @@
 //! The marcher's options, and the marcher as tools see it.
 
 use scatter_core::{
-    Choice, Configurable, LightKind, OptionError, OptionRange, OptionTable, OptionValue, Quality, Rounding,
-    SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
+    Choice, Configurable, LightKind, MemoryBound, OptionError, OptionRange, OptionTable, OptionValue,
+    Quality, Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
 use super::RayMarch;
@@ -155,6 +155,8 @@ static INFO: TechniqueInfo = TechniqueInfo {
                      the step: 32 were seen to miss by 6 %, 1024 then by 6e-5, and as much again for f32 cosines at the \
                      steep border of a cone, 2.5e-4",
     },
+    // A packet's lanes of each layer for every band of 32 rows.
+    memory: MemoryBound { fixed: 1 << 20, a_pixel: 64, a_texel: 0 },
     options: &TABLE,
 };
 

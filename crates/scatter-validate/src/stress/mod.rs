@@ -1,5 +1,6 @@
 //! The stress matrix: techniques × extremes (MODEL.md's extremes, what engines hand over, the laws, the rules of the
-//! house). A cell is a number within its tolerance, a reason given before any work, or a failure.
+//! house). A cell is a number within its tolerance, a reason given before any work, or a failure; every image keeps its
+//! technique's bound of memory.
 //!
 //! Expected values are closed forms: published ones, formulas, and the brute-force image of
 //! [`texel_cells`](crate::texel_cells), which judges shadow-map truth to rounding and every technique by what its finest
@@ -16,8 +17,9 @@ pub mod table;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use scatter_core::{Frame, RenderError, ScatterImage, SceneFacts};
+use scatter_core::{Frame, RenderError, ScatterImage, SceneFacts, parallel};
 
+use crate::checks::counting_allocator::bytes_of_this_thread;
 use crate::checks::refusal::agreement;
 use crate::contender::Contender;
 use crate::scenario::Scenario;
@@ -134,8 +136,21 @@ fn render_frame(contender: &Contender<'_>, frame: &Frame<'_>) -> Result<ScatterI
         });
     }
     let mut image = ScatterImage::new();
+    let before = bytes_of_this_thread();
     match instance.render(frame, &mut image) {
-        Ok(_) => Ok(image),
+        Ok(stats) => {
+            let most = contender.technique().info().memory.most_bytes(frame, parallel::worker_count());
+            if stats.memory_bytes > most {
+                return Err(Cell::fault(format!("holds {} bytes, at most {most}", stats.memory_bytes)));
+            }
+            // Asked for in all, which a list that grows does twice; and the image is new.
+            let [width, height] = frame.size().map(u64::from);
+            let asked = bytes_of_this_thread().zip(before).map_or(0, |(after, before)| after - before);
+            if asked > 2 * most + IMAGE_BYTES * width * height {
+                return Err(Cell::fault(format!("asks for {asked} bytes, may hold {most}")));
+            }
+            Ok(image)
+        }
         Err(RenderError::Unsupported(unsupported)) => Err(Cell::fault(format!(
             "supports() says yes and render() says unsupported: {}",
             unsupported.reason
@@ -143,6 +158,9 @@ fn render_frame(contender: &Contender<'_>, frame: &Frame<'_>) -> Result<ScatterI
         Err(error) => Err(Cell::fault(error.to_string())),
     }
 }
+
+/// Bytes a pixel of a [`ScatterImage`]: radiance and transmittance.
+const IMAGE_BYTES: u64 = 24;
 
 fn relation_cell(relation: &Relation, expected: &Expected, contender: &Contender<'_>) -> Cell {
     let Relation { first, second, law, factor, reference_tolerance } = relation;

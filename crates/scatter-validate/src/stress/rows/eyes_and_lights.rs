@@ -1,7 +1,7 @@
 //! Where the eye is, where the light is, and where the epipole falls on the image.
 
 use glam::DVec3;
-use scatter_core::{Camera, ModelError};
+use scatter_core::{Camera, ModelError, Phase};
 
 use crate::scenario::{MapLayer, Scenario, Shadow};
 use crate::stress::row::StressRow;
@@ -9,7 +9,7 @@ use crate::stress::scenes::{self, EYE, LAMP, SCENES, SIZE, TARGET};
 
 /// Rows of places and directions.
 pub fn rows() -> Vec<StressRow> {
-    [eyes(), straight(), epipoles()].into_iter().flatten().collect()
+    [eyes(), straight(), epipoles(), beside_centres()].into_iter().flatten().collect()
 }
 
 fn eyes() -> Vec<StressRow> {
@@ -142,4 +142,63 @@ fn epipoles() -> Vec<StressRow> {
     });
     rows.push(StressRow::image("the epipole", "the opposite point in view, sun", anti));
     rows
+}
+
+/// The singular point beside the centre of a pixel: where its sines and slopes vanish, but not to zero. From an f64's last bit
+/// at pixel coordinates of an image to a whole pixel, the light before the eye and behind it.
+fn beside_centres() -> Vec<StressRow> {
+    /// Distances \[pixels\]; around the ones in which a product of two of them, or an f32, loses itself.
+    const DISTANCES: [f64; 12] = [1e-15, 1e-14, 1e-13, 1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 1e-3, 0.03, 1.0];
+    let mut rows = Vec::new();
+    for (light, _) in SCENES {
+        for side in [1.0, -1.0] {
+            for (index, distance) in DISTANCES.into_iter().enumerate() {
+                // Every distance in another direction, among them along the axes and the diagonals.
+                let angle = index as f64 * std::f64::consts::FRAC_PI_4 + if index > 7 { 0.3 } else { 0.0 };
+                let aside = [distance * angle.cos(), distance * angle.sin()];
+                let behind = if side > 0.0 { "" } else { ", behind the eye" };
+                let name = format!("{distance:.0e} pixels beside a centre, {light}{behind}");
+                rows.push(StressRow::image("the epipole", name, beside_a_centre(light, side, aside)));
+            }
+        }
+    }
+    rows
+}
+
+/// The image around the singular point: so few values that their p99 is the largest of them.
+const AROUND: [u32; 2] = [3, 5];
+/// The pixel beside whose centre the singular point lies: its middle.
+const SINGULAR: [u32; 2] = [1, 2];
+
+/// The light in the direction of [`SINGULAR`]'s centre and a bit `aside` \[pixels\], `side` 1, or opposite to it, −1. Its map
+/// ends all light rays around the eye's in one place, so that the ray of this pixel is lit in part.
+fn beside_a_centre(light: &str, side: f64, aside: [f64; 2]) -> Result<Scenario, ModelError> {
+    let camera = Camera::perspective(EYE.to_array(), TARGET.to_array(), [0.0, 1.0, 0.0], 30.0, AROUND)?;
+    let [x, y] = [0, 1].map(|axis| f64::from(SINGULAR[axis]) + 0.5 + aside[axis]);
+    let towards = side * camera.ray(x, y).direction;
+    // Isotropic, because some lobes send all pixels of a lamp to another path.
+    let scene = with_light_towards(light, towards, camera)?.in_medium(0.05, 0.01, Phase::Isotropic)?;
+    // Two units before the eye: between it and the light, or where the ray goes on behind it.
+    let at_eye = if light == "sun" { 20.0 - (EYE - TARGET).dot(towards) } else { 3.3 };
+    let depth = (at_eye - 2.0 * side) as f32;
+    Ok(scene.with_depths(|old, i, j| if (i / 4 + j / 4).is_multiple_of(5) { old } else { depth }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pixel_beside_the_singular_point_is_lit_in_part() {
+        for (light, _) in SCENES {
+            for side in [1.0, -1.0] {
+                let expected = beside_a_centre(light, side, [1e-3, 2e-3]).unwrap().expected();
+                let index = (SINGULAR[1] * AROUND[0] + SINGULAR[0]) as usize;
+                let share = expected.radiance[index][0] / expected.scale[index][0];
+                // A ray that runs into a lamp has nearly all of its light from around it.
+                let most = if light != "sun" && side > 0.0 { 1.0 } else { 0.9 };
+                assert!((0.1..most).contains(&share), "{light} {side}: {share}");
+            }
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! Images of one pixel, row or column; lenses from 1° to 170°; cameras without a perspective.
+//! Images of one pixel, row or column; lenses from 1° to 179.9999°; cameras without a perspective.
 
 use scatter_core::{Camera, ModelError, Window};
 
@@ -21,6 +21,8 @@ pub fn rows() -> Vec<StressRow> {
         let cameras = [
             ("field of view of 1°", Camera::perspective(eye, target, up, 1.0, SIZE)),
             ("field of view of 170°", Camera::perspective(eye, target, up, 170.0, SIZE)),
+            ("field of view of 179°", Camera::perspective(eye, target, up, 179.0, SIZE)),
+            ("field of view of 179.9999°", Camera::perspective(eye, target, up, 179.9999, SIZE)),
             ("orthographic", Camera::orthographic(eye, target, up, 5.0, SIZE)),
             ("off-centre", off_centre([-0.2, 0.9, -0.7, 0.1])),
             ("mirrored window", off_centre([0.8, -0.7, -0.5, 0.5])),
