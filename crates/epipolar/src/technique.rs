@@ -26,6 +26,7 @@ pub const CAPABILITIES: Capabilities = Capabilities {
     extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
     phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
     phase_sums: true,
+    height_fog: &[],
     endless_rays: true,
     limits: Limits { sun_g: 1.0, lamp_g: MOST_LAMP_G, cascades: MAX_CASCADES, layer_texels: u32::MAX as u64 },
 };

@@ -30,6 +30,7 @@ pub(crate) const EVERYTHING: Capabilities = Capabilities {
     extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
     phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
     phase_sums: true,
+    height_fog: &[LightKind::Directional],
     endless_rays: true,
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: MAX_CASCADES, layer_texels: u64::MAX },
 };

@@ -37,6 +37,7 @@ pub(crate) const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 17.0;
 
 /// All of the model. Texel indices are u32, over the six faces of a cube together.
 pub(crate) const CAPABILITIES: Capabilities = Capabilities {
+    height_fog: &[],
     limits: Limits { layer_texels: u32::MAX as u64 / 6, ..crate::EVERYTHING.limits },
     ..crate::EVERYTHING
 };

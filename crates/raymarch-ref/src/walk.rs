@@ -131,8 +131,7 @@ impl VolumetricShadow for ShadowMapWalk {
                             let pixel = (y - first_y) as usize * width as usize + x as usize;
                             let (sum, texels) = walk.pixel(frame, x, y);
                             inscattered[pixel] = sum.as_vec3().to_array();
-                            transmittance[pixel] =
-                                frame.medium().transmittance(frame.ray_end(x, y)).map(|t| t as f32);
+                            transmittance[pixel] = frame.transmittance(x, y).map(|t| t as f32);
                             asked[0] += texels;
                         }
                     }

@@ -33,6 +33,8 @@ pub struct Capabilities {
     pub phases: &'static [PhaseKind],
     /// Whether a medium may have several scattering components.
     pub phase_sums: bool,
+    /// Lights that may shine in height fog (a medium with a [`HeightFalloff`](crate::HeightFalloff)).
+    pub height_fog: &'static [LightKind],
     /// Whether rays may be endless (`max_distance` = ∞).
     pub endless_rays: bool,
     /// Limits that are numbers.
@@ -66,6 +68,7 @@ struct Needs {
     extinction: ExtinctionKind,
     phases: [bool; PhaseKind::ALL.len()],
     phase_sum: bool,
+    height_fog: bool,
     endless: bool,
     largest_g: f64,
     cascades: usize,
@@ -76,7 +79,7 @@ impl Needs {
     fn of(setup: &Setup<'_>) -> Self {
         // Exhaustive on purpose: a new part of a set-up must say here what it needs.
         let Setup { camera, light, medium, max_distance, maps, texture } = setup;
-        let Medium { components, sigma_a: _, sigma_t: _ } = medium;
+        let Medium { components, sigma_a: _, sigma_t: _, height_falloff } = medium;
         let mut phases = [false; PhaseKind::ALL.len()];
         let mut largest_g = 0.0f64;
         // Components that scatter nothing count: techniques make tables of all of them.
@@ -94,6 +97,7 @@ impl Needs {
             extinction: if medium.is_grey() { ExtinctionKind::Grey } else { ExtinctionKind::Rgb },
             phases,
             phase_sum: components.len() > 1,
+            height_fog: height_falloff.is_some(),
             endless: *max_distance == f64::INFINITY,
             largest_g,
             cascades: if maps.kind() == MapKind::Cascades { maps.projections().len() } else { 0 },
@@ -117,6 +121,7 @@ impl Capabilities {
         extinctions: &[],
         phases: &[],
         phase_sums: false,
+        height_fog: &[],
         endless_rays: false,
         limits: Limits::NOTHING,
     };
@@ -140,6 +145,7 @@ impl Capabilities {
             extinction,
             phases,
             phase_sum,
+            height_fog,
             endless,
             largest_g,
             cascades,
@@ -153,6 +159,7 @@ impl Capabilities {
             extinctions,
             phases: phase_kinds,
             phase_sums,
+            height_fog: fog_lights,
             endless_rays,
             limits: Limits { sun_g, lamp_g, cascades: most_cascades, layer_texels: most_texels },
         } = self;
@@ -170,14 +177,15 @@ impl Capabilities {
             "rays without end (max_distance is ∞); give a finite max_distance".into()
         })?;
         refuse_if(textured && !textured_lights.contains(&light), || {
-            let cure = match textured_lights {
-                [] => "give the light without it".into(),
-                _ => {
-                    let phrases: Vec<_> = textured_lights.iter().map(|kind| kind.phrase()).collect();
-                    format!("give it without, or {}", either(&phrases))
-                }
-            };
-            format!("{} with a colour texture; {cure}", light.phrase())
+            format!(
+                "{} with a colour texture; {}",
+                light.phrase(),
+                without_or(textured_lights, "give the light without it")
+            )
+        })?;
+        refuse_if(height_fog && !fog_lights.contains(&light), || {
+            let cure = without_or(fog_lights, "give a medium without height_falloff");
+            format!("{} in height fog; {cure}", light.phrase())
         })?;
         let (where_, most_g) = match light {
             LightKind::Directional => ("under a sun", sun_g),
@@ -194,8 +202,18 @@ impl Capabilities {
 
     /// What is on the lists, a row each: its name and the values in words.
     pub fn describe(&self) -> Vec<(&'static str, String)> {
-        let &Self { lights, textures, maps, cameras, extinctions, phases, phase_sums, endless_rays, limits } =
-            self;
+        let &Self {
+            lights,
+            textures,
+            maps,
+            cameras,
+            extinctions,
+            phases,
+            phase_sums,
+            height_fog,
+            endless_rays,
+            limits,
+        } = self;
         let sums = if phase_sums { ", sums of them" } else { "" };
         let mut rows = vec![
             ("lights", names(lights)),
@@ -204,6 +222,9 @@ impl Capabilities {
             ("cameras", names(cameras)),
             ("media", format!("{}; {}{sums}", names(extinctions), names(phases))),
         ];
+        if !height_fog.is_empty() {
+            rows.push(("height fog", names(height_fog)));
+        }
         if endless_rays {
             rows.push(("rays", "finite, endless".into()));
         }
@@ -222,11 +243,13 @@ impl Capabilities {
             extinctions,
             phases,
             phase_sums,
+            height_fog,
             endless_rays,
             limits: Limits { sun_g, lamp_g, cascades: _, layer_texels: _ },
         } = self;
         let mut all = missing(lights);
         all.extend(missing(textures).into_iter().map(|light| format!("{light} with a colour texture")));
+        all.extend(missing(height_fog).into_iter().map(|light| format!("{light} in height fog")));
         all.extend(missing(maps));
         all.extend(missing(cameras));
         all.extend(missing(extinctions));
@@ -277,6 +300,15 @@ fn among<K: Kind>(accepted: &[K], needed: K) -> Result<(), Unsupported> {
         let phrases: Vec<_> = accepted.iter().map(|kind| kind.phrase()).collect();
         format!("{}; give {}", needed.phrase(), either(&phrases))
     })
+}
+
+/// What to give instead of a feature that only `lights` may have.
+fn without_or(lights: &[LightKind], without: &str) -> String {
+    if lights.is_empty() {
+        return without.into();
+    }
+    let phrases: Vec<_> = lights.iter().map(|kind| kind.phrase()).collect();
+    format!("give it without, or {}", either(&phrases))
 }
 
 fn refuse_if(refused: bool, reason: impl FnOnce() -> String) -> Result<(), Unsupported> {

@@ -104,6 +104,15 @@ impl<'a> Frame<'a> {
         f64::from(self.depth.at(x, y)).min(self.setup.max_distance)
     }
 
+    /// RGB transmittance of the ray of pixel `(x, y)` from the eye to where it ends, in any medium; f64.
+    pub fn transmittance(&self, x: u32, y: u32) -> [f64; 3] {
+        let (camera, end) = (self.setup.camera, self.ray_end(x, y));
+        match self.setup.medium.height_falloff() {
+            None => self.setup.medium.transmittance(end),
+            Some(_) => self.setup.medium.transmittance_along(camera.eye(), &camera.pixel_ray(x, y), end),
+        }
+    }
+
     /// `[width, height]` of the image.
     pub fn size(&self) -> [u32; 2] {
         self.setup.size()

@@ -7,6 +7,8 @@
 
 mod camera;
 mod depth_map;
+mod fog_ray;
+mod height_falloff;
 mod light;
 mod map_projection;
 mod medium;
@@ -20,11 +22,13 @@ mod map_layout;
 mod map_source;
 mod setup;
 
+mod fog_facts;
 mod frame;
 mod scene_facts;
 
 mod capabilities;
 
+mod fog_lanes;
 mod lamp_interval;
 mod lamp_interval_f32;
 mod lamp_panels;
@@ -59,7 +63,10 @@ pub use depth_map::{DepthEncoding, DepthMap};
 pub use error::ModelError;
 #[doc(no_inline)]
 pub use fearless_simd;
+pub use fog_lanes::FogLanes;
+pub use fog_ray::FogRay;
 pub use frame::Frame;
+pub use height_falloff::HeightFalloff;
 pub use kinds::{CameraKind, ExtinctionKind, Kind, LightKind, MapKind, PhaseKind};
 pub use lamp_interval::{LampIntegral, LampRay, airlight};
 pub use lamp_interval_f32::LampIntegralF32;
@@ -84,7 +91,7 @@ pub use scene_facts::SceneFacts;
 pub use setup::Setup;
 pub use shadow_map::{CubeShadow, ShadowLayer, ShadowMap};
 pub use simd::{Level, simd_level};
-pub use sun_integral_f32::{SunIntegralF32, transmittances_f32};
+pub use sun_integral_f32::{SunIntegralF32, transmittances_f32, transmittances_of_pixels_f32};
 pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
 pub use technique::{Configurable, Rounding, Technique, TechniqueInfo, VolumetricShadow};
 pub use texel_walk::{TexelSpan, TexelWalk};

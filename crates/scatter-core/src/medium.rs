@@ -1,8 +1,11 @@
-//! A homogeneous medium: a short list of scattering components that share one extinction.
+//! A medium: a short list of scattering components that share one extinction, uniform or as height fog.
 
 use glam::DVec3;
 
+use crate::camera::ViewRay;
 use crate::error::{ModelError, checked_rgb};
+use crate::fog_ray::FogRay;
+use crate::height_falloff::HeightFalloff;
 use crate::phase::Phase;
 
 /// One kind of particle: how much it scatters, and where to.
@@ -14,12 +17,14 @@ pub struct Scattering {
     pub phase: Phase,
 }
 
-/// Scattering components and absorption; `σt = Σ σs + σa`.
+/// Scattering components and absorption; `σt = Σ σs + σa`. The same everywhere, or with a density that falls with height
+/// ([`Self::with_height_falloff`]), by which all coefficients are multiplied.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Medium {
     pub(crate) components: Vec<Scattering>,
     pub(crate) sigma_a: [f64; 3],
     pub(crate) sigma_t: [f64; 3],
+    pub(crate) height_falloff: Option<HeightFalloff>,
 }
 
 impl Medium {
@@ -37,7 +42,7 @@ impl Medium {
             }
         }
         let sigma_t = checked_rgb("medium extinction", sigma_t)?;
-        Ok(Self { components, sigma_a, sigma_t })
+        Ok(Self { components, sigma_a, sigma_t, height_falloff: None })
     }
 
     /// A medium of one component.
@@ -45,17 +50,32 @@ impl Medium {
         Self::new(vec![Scattering { sigma_s, phase }], sigma_a)
     }
 
+    /// The same medium as height fog: its coefficients are what they are at the falloff's base height.
+    pub fn with_height_falloff(self, falloff: HeightFalloff) -> Self {
+        Self { height_falloff: Some(falloff), ..self }
+    }
+
+    /// How the density falls with height; `None` in a uniform medium.
+    pub fn height_falloff(&self) -> Option<&HeightFalloff> {
+        self.height_falloff.as_ref()
+    }
+
+    /// The density along a ray of a camera whose eye is at `eye` (world space); `None` in a uniform medium.
+    pub fn fog_ray(&self, eye: DVec3, ray: &ViewRay) -> Option<FogRay> {
+        self.height_falloff.as_ref().map(|falloff| FogRay::new(falloff, eye, ray))
+    }
+
     /// The scattering components.
     pub fn components(&self) -> &[Scattering] {
         &self.components
     }
 
-    /// RGB absorption σa \[1/length\].
+    /// RGB absorption σa \[1/length\] (height fog: at the base height).
     pub fn sigma_a(&self) -> [f64; 3] {
         self.sigma_a
     }
 
-    /// RGB extinction σt \[1/length\].
+    /// RGB extinction σt \[1/length\] (height fog: at the base height).
     pub fn sigma_t(&self) -> [f64; 3] {
         self.sigma_t
     }
@@ -73,7 +93,17 @@ impl Medium {
         self.sigma_t[0] == self.sigma_t[1] && self.sigma_t[1] == self.sigma_t[2]
     }
 
-    /// `exp(−σt·distance)` per channel; 1 where σt = 0, at any distance.
+    /// Transmittance per channel of the first `distance` of a ray of a camera whose eye is at `eye` (world space):
+    /// [`Self::transmittance`] in a uniform medium, `exp(−τ)` of its [`FogRay`] in height fog.
+    pub fn transmittance_along(&self, eye: DVec3, ray: &ViewRay, distance: f64) -> [f64; 3] {
+        match self.fog_ray(eye, ray) {
+            None => self.transmittance(distance),
+            Some(fog) => self.sigma_t.map(|sigma| fog.transmittance(sigma, distance)),
+        }
+    }
+
+    /// `exp(−σt·distance)` per channel; 1 where σt = 0, at any distance. In height fog: of a way at the base height; of a
+    /// view ray ask [`Self::transmittance_along`].
     pub fn transmittance(&self, distance: f64) -> [f64; 3] {
         self.sigma_t.map(|sigma| if sigma == 0.0 { 1.0 } else { (-sigma * distance).exp() })
     }

@@ -1,11 +1,12 @@
 //! The light as one view ray sees it: the in-scattered radiance of a lit interval, exactly, for any light and medium.
 //!
-//! This is the one place that turns [`sun_interval`] and [`LampIntegral`] into radiance for the f64 references
+//! This is the one place that turns [`sun_interval`], [`FogRay`] and [`LampIntegral`] into radiance for the f64 references
 //! (the exact walk through a shadow map, ray-cast truth) and for unoccluded pixels.
 
 use glam::DVec3;
 
 use crate::camera::ViewRay;
+use crate::fog_ray::FogRay;
 use crate::lamp_interval::{LampIntegral, LampRay};
 use crate::light::Light;
 use crate::medium::Medium;
@@ -25,6 +26,13 @@ enum Kind<'a> {
         sigma_t: DVec3,
         grey: bool,
     },
+    /// A sun in height fog.
+    FogSun {
+        source: DVec3,
+        sigma_t: DVec3,
+        grey: bool,
+        fog: FogRay,
+    },
     Lamp {
         intensity: DVec3,
         integral: LampIntegral<'a>,
@@ -39,10 +47,11 @@ impl<'a> RayLight<'a> {
             Light::Directional(sun) => {
                 // To the camera is −direction; |travel − to camera|²/4 is sin²(θ/2) without cancellation.
                 let haversine = 0.25 * (sun.direction() + direction).length_squared();
-                Kind::Sun {
-                    source: DVec3::from(sun.irradiance()) * medium.scattering_towards(haversine),
-                    sigma_t: medium.sigma_t().into(),
-                    grey: medium.is_grey(),
+                let source = DVec3::from(sun.irradiance()) * medium.scattering_towards(haversine);
+                let (sigma_t, grey) = (medium.sigma_t().into(), medium.is_grey());
+                match medium.fog_ray(eye, ray) {
+                    None => Kind::Sun { source, sigma_t, grey },
+                    Some(fog) => Kind::FogSun { source, sigma_t, grey, fog },
                 }
             }
             Light::Point(lamp) => {
@@ -70,6 +79,12 @@ impl<'a> RayLight<'a> {
             Kind::Sun { source, sigma_t, grey: true } => *source * finite(sun_interval(sigma_t.x, a, b)),
             Kind::Sun { source, sigma_t, grey: false } => {
                 *source * DVec3::from(sigma_t.to_array().map(|sigma| finite(sun_interval(sigma, a, b))))
+            }
+            Kind::FogSun { source, sigma_t, grey: true, fog } => {
+                *source * finite(fog.sun_interval(sigma_t.x, a, b))
+            }
+            Kind::FogSun { source, sigma_t, grey: false, fog } => {
+                *source * DVec3::from(sigma_t.to_array().map(|sigma| finite(fog.sun_interval(sigma, a, b))))
             }
             Kind::Lamp { intensity, integral } => *intensity * integral.interval(a, b),
         }

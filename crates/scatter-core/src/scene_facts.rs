@@ -1,5 +1,6 @@
 //! What a frame requires, found in one cheap pass, so that a technique models nothing else (ARCHITECTURE.md).
 
+use crate::fog_facts::FogFacts;
 use crate::frame::Frame;
 use crate::kinds::{LightKind, MapKind};
 use crate::phase::Phase;
@@ -16,8 +17,13 @@ pub struct SceneFacts {
     pub light: LightKind,
     /// Whether all channels are extinguished alike.
     pub grey_extinction: bool,
-    /// Largest `σt·D` over channels and pixels, with the way from the lamp left out; ∞ for an endless ray.
+    /// Largest optical depth of a view ray over channels and pixels, with the way from the lamp left out: `σt·D`, or
+    /// height fog's `τ(D)` (in f32 of a frame, a bound of a set-up). ∞ for an endless ray that is not extinguished less
+    /// and less.
     pub max_optical_depth: f64,
+    /// Height fog: smallest and largest `ln ρ` on the view rays, between the eye and where they end; may be infinite where
+    /// rays are endless. `None` in a uniform medium.
+    pub log_density: Option<[f64; 2]>,
     /// Longest ray \[world units\].
     pub longest_ray: f64,
     /// Whether a component's phase function depends on the angle.
@@ -37,15 +43,17 @@ impl SceneFacts {
     pub fn of(frame: &Frame<'_>) -> Self {
         let limit = frame.max_distance();
         let longest_ray = frame.depth().texels().iter().map(|&d| f64::from(d).min(limit)).fold(0.0, f64::max);
-        Self::with(frame.setup(), longest_ray, frame.shadow().casts_shadow())
+        let fog = FogFacts::of(frame);
+        Self::with(frame.setup(), longest_ray, frame.shadow().casts_shadow(), fog)
     }
 
     /// What the set-up alone tells: rays may be as long as `max_distance`, and every map may cast a shadow. O(1).
     pub fn of_setup(setup: &Setup<'_>) -> Self {
-        Self::with(setup, setup.max_distance(), setup.maps().kind() != MapKind::Unshadowed)
+        let casts_shadow = setup.maps().kind() != MapKind::Unshadowed;
+        Self::with(setup, setup.max_distance(), casts_shadow, FogFacts::of_setup(setup))
     }
 
-    fn with(setup: &Setup<'_>, longest_ray: f64, casts_shadow: bool) -> Self {
+    fn with(setup: &Setup<'_>, longest_ray: f64, casts_shadow: bool, fog: Option<FogFacts>) -> Self {
         let medium = setup.medium();
         let largest_sigma = medium.sigma_t().into_iter().fold(0.0, f64::max);
         let scattering = medium.components().iter().filter(|c| c.sigma_s.iter().any(|&s| s > 0.0));
@@ -54,8 +62,13 @@ impl SceneFacts {
             shadow_map_side: setup.maps().largest_side(),
             light: LightKind::of(setup.light()),
             grey_extinction: medium.is_grey(),
-            // 0·∞ is no depth at all.
-            max_optical_depth: if largest_sigma > 0.0 { largest_sigma * longest_ray } else { 0.0 },
+            max_optical_depth: match &fog {
+                Some(fog) => fog.optical_depth,
+                None if largest_sigma > 0.0 => largest_sigma * longest_ray,
+                // 0·∞ is no depth at all.
+                None => 0.0,
+            },
+            log_density: fog.map(|fog| fog.log_density),
             longest_ray,
             anisotropic: scattering.clone().any(|c| !c.phase.is_isotropic()),
             largest_g: scattering

@@ -8,9 +8,11 @@
 use glam::{DVec3, Vec3};
 
 use crate::camera::{Camera, Projection, Window};
+use crate::fog_lanes::FogExtinction;
 use crate::light::DirectionalLight;
 use crate::medium::Medium;
 use crate::ray_lanes::{LANES, RayLanes};
+use crate::setup::Setup;
 use crate::sun_interval::exp_f32;
 
 /// A number for each ray.
@@ -22,11 +24,17 @@ type Lanes = [f32; LANES];
 /// (test `intervals_keep_their_bound_against_the_exact_form`): ≤ 1e-5 where σ·a is small, of which the interval is 1e-6;
 /// the rounding of σ·a adds `σ·a·2⁻²⁴`, that of `b − a` adds `2⁻²⁴·b/(b − a)`. In a lobe the difference of two rounded
 /// unit vectors adds `3e-7·√g/(1−g)` of its value. No value is NaN or infinite.
+///
+/// In height fog the same closed form is taken over the optical depth of the thickest channel instead of the length; the
+/// error is that of the depths ([`FogLanes`](crate::FogLanes)) on top.
 #[derive(Debug, Clone)]
 pub struct SunIntegralF32<'a> {
     medium: &'a Medium,
+    camera: &'a Camera,
+    fog: Option<FogExtinction>,
     sigma_t: [f32; 3],
     grey: bool,
+    /// E; in height fog E over σt of the thickest channel.
     irradiance: DVec3,
     /// Against the light's travel.
     to_light: Vec3,
@@ -42,12 +50,21 @@ pub struct SunIntegralF32<'a> {
 
 impl<'a> SunIntegralF32<'a> {
     /// Of a sun, for a camera's rays.
-    pub fn new(sun: &DirectionalLight, medium: &'a Medium, camera: &Camera) -> Self {
+    pub fn new(sun: &DirectionalLight, medium: &'a Medium, camera: &'a Camera) -> Self {
         let Window { left, right, bottom, top } = camera.window();
         let isotropic = medium.components().iter().all(|component| component.phase.is_isotropic());
+        let fog = FogExtinction::new(medium, camera.eye());
         let irradiance = DVec3::from(sun.irradiance());
+        let irradiance = match &fog {
+            None => irradiance,
+            Some(fog) if fog.thickest > 0.0 => irradiance / fog.thickest,
+            // Without extinction nothing scatters.
+            Some(_) => DVec3::ZERO,
+        };
         Self {
             medium,
+            camera,
+            fog,
             sigma_t: medium.sigma_t().map(|sigma| sigma as f32),
             grey: medium.is_grey(),
             irradiance,
@@ -67,6 +84,17 @@ impl<'a> SunIntegralF32<'a> {
     #[inline(always)]
     pub fn intervals(&self, rays: &RayLanes, a: &Lanes, b: &Lanes) -> [Lanes; 3] {
         let mut radiance = self.source_of_rays(rays);
+        if let Some(fog) = &self.fog {
+            let before = fog.depths(rays, &[0.0; LANES], a);
+            let between = fog.depths(rays, a, b);
+            for (values, share) in radiance.iter_mut().zip(fog.shares) {
+                for lane in 0..LANES {
+                    values[lane] *=
+                        lit_length_behind(share, between[lane], transmittance_of(share, before[lane]));
+                }
+            }
+            return radiance;
+        }
         let mut lengths = [0.0f32; LANES];
         for (channel, values) in radiance.iter_mut().enumerate() {
             if channel == 0 || !self.grey {
@@ -88,6 +116,15 @@ impl<'a> SunIntegralF32<'a> {
     #[inline(always)]
     pub fn whole_rays(&self, x: u32, y: u32, ends: &Lanes, through: &[Lanes; 3]) -> [Lanes; 3] {
         let mut radiance = self.source_of_pixels(x, y);
+        if let Some(fog) = &self.fog {
+            let depths = fog.depths(&RayLanes::of_pixels(self.camera, x, y), &[0.0; LANES], ends);
+            for ((values, share), through) in radiance.iter_mut().zip(fog.shares).zip(through) {
+                for lane in 0..LANES {
+                    values[lane] *= lit_length(share, depths[lane], through[lane]);
+                }
+            }
+            return radiance;
+        }
         let mut lengths = [0.0f32; LANES];
         for (channel, values) in radiance.iter_mut().enumerate() {
             if channel == 0 || !self.grey {
@@ -168,7 +205,23 @@ fn haversines(way: [f32; 3], to_light: [f32; 3]) -> (f32, f32) {
     (0.25 * difference, 0.25 * sum)
 }
 
-/// Transmittances of sixteen rays that end at `ends`, `[channel][ray]`; relative error ≤ 2.5e-7 + σd·2⁻²⁴.
+/// Transmittances of sixteen pixels from `(x, y)` on whose rays end at `ends`, `[channel][ray]`, in any medium: those of
+/// [`transmittances_f32`] in a uniform one. In height fog the error is `τ` times that of [`FogLanes`](crate::FogLanes).
+#[inline(always)]
+pub fn transmittances_of_pixels_f32(
+    setup: &Setup<'_>,
+    (x, y): (u32, u32),
+    ends: &[f32; RayLanes::COUNT],
+) -> [[f32; RayLanes::COUNT]; 3] {
+    let (medium, camera) = (setup.medium(), setup.camera());
+    let Some(fog) = FogExtinction::new(medium, camera.eye()) else {
+        return transmittances_f32(medium, ends);
+    };
+    let depths = fog.depths(&RayLanes::of_pixels(camera, x, y), &[0.0; LANES], ends);
+    fog.shares.map(|share| depths.map(|depth| transmittance_of(share, depth)))
+}
+
+/// Transmittances of sixteen rays that end at `ends`, in a uniform medium, `[channel][ray]`; relative error ≤ 2.5e-7 + σd·2⁻²⁴.
 #[inline(always)]
 pub fn transmittances_f32(medium: &Medium, ends: &[f32; RayLanes::COUNT]) -> [[f32; RayLanes::COUNT]; 3] {
     let sigma_t = medium.sigma_t().map(|sigma| sigma as f32);
@@ -198,7 +251,13 @@ fn lit_length_between(sigma: f32, a: f32, b: f32) -> f32 {
     let length = b - a;
     // Also where a and b are ∞ and their difference is NaN.
     let length = if length > 0.0 { length } else { 0.0 };
-    transmittance_of(sigma, a) * lit_length(sigma, length, transmittance_of(sigma, length))
+    lit_length_behind(sigma, length, transmittance_of(sigma, a))
+}
+
+/// `∫₀ˡ e^{−σt} dt`, of which `before` is left on the way to it.
+#[inline(always)]
+fn lit_length_behind(sigma: f32, length: f32, before: f32) -> f32 {
+    before * lit_length(sigma, length, transmittance_of(sigma, length))
 }
 
 /// `∫₀ᵈ e^{−σt} dt`, of which `through` = `e^{−σd}` is known. Relative error ≤ 1e-6 (test). d may be ∞ where σ > 0.

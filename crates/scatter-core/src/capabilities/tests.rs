@@ -15,6 +15,7 @@ const ALL: Capabilities = Capabilities {
     extinctions: ExtinctionKind::ALL,
     phases: PhaseKind::ALL,
     phase_sums: true,
+    height_fog: LightKind::ALL,
     endless_rays: true,
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: 16, layer_texels: u64::MAX },
 };
@@ -132,6 +133,26 @@ fn a_texture_is_refused_by_the_kind_of_its_light() {
     let spots = Capabilities { textures: &[LightKind::Spot], ..ALL }.check_setup(&setup).unwrap_err();
     assert_eq!(spots.reason, "a directional light with a colour texture; give it without, or a spot light");
     assert!(Capabilities { textures: &[], ..ALL }.check_setup(&setup).is_err());
+}
+
+#[test]
+fn height_fog_is_refused_by_the_kind_of_its_light() {
+    let falloff = crate::HeightFalloff::new([0.0, 1.0, 0.0], 0.0, 2.0).unwrap();
+    let (camera, fog) = (&cameras()[0], lobe(0.0, [0.0; 3]).with_height_falloff(falloff));
+    let refused = |capabilities: Capabilities, light: usize| {
+        let (light, maps) = &lights()[light];
+        let setup = Setup::new(camera, light, *maps, &fog, 9.0).unwrap();
+        capabilities.check_setup(&setup).map_err(|unsupported| unsupported.reason.into_owned())
+    };
+    let none = Capabilities { height_fog: &[], ..ALL };
+    let suns = Capabilities { height_fog: &[LightKind::Directional], ..ALL };
+    assert!(refused(ALL, 0).is_ok() && refused(ALL, 3).is_ok() && refused(suns, 0).is_ok());
+    let reason = "a directional light in height fog; give a medium without height_falloff";
+    assert_eq!(refused(none, 0).unwrap_err(), reason);
+    let reason = "a spot light in height fog; give it without, or a directional light";
+    assert_eq!(refused(suns, 5).unwrap_err(), reason);
+    assert!(suns.to_string().contains("height fog: directional"));
+    assert_eq!(suns.cannot(), ["a point light in height fog", "a spot light in height fog"]);
 }
 
 #[test]

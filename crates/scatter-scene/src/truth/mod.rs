@@ -69,6 +69,7 @@ const CAPABILITIES: Capabilities = Capabilities {
     extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
     phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
     phase_sums: true,
+    height_fog: &[LightKind::Directional],
     endless_rays: true,
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: MAX_CASCADES, layer_texels: u64::MAX },
 };
@@ -170,6 +171,7 @@ impl<'a> RaycastTruth<'a> {
     fn integrate_wedges(&mut self, frame: &Frame<'_>, sun: DVec3, out: &mut ScatterImage) {
         let Self { caster, ray_ends, walks, counts, by_angle, sorted, wedges } = self;
         let (width, eye) = (frame.size()[0], frame.camera().eye());
+        let ray_of = |index: u32| frame.camera().pixel_ray(index % width, index / width);
         counts.clear();
         counts.resize(wedges.len(), WalkCounts::default());
         sorted.clear();
@@ -188,7 +190,6 @@ impl<'a> RaycastTruth<'a> {
             let Buffers { walk, wedge: shared, rays } = &mut *buffers;
             walk.restart();
             let pixels = &by_angle[wedge.clone()];
-            let ray_of = |index: u32| frame.camera().pixel_ray(index % width, index / width);
             rays.clear();
             if pixels.len() >= SHARED_BY[0] && pixels[0].0.is_finite() {
                 rays.extend(pixels.iter().filter_map(|&(_, index)| {
@@ -215,8 +216,12 @@ impl<'a> RaycastTruth<'a> {
         for (&(_, index), radiance) in by_angle.iter().zip(sorted.iter()) {
             inscattered[index as usize] = *radiance;
         }
-        transmittance.par_iter_mut().zip(ray_ends.par_iter()).for_each(|(out, &end)| {
-            *out = frame.medium().transmittance(end).map(|t| t as f32);
+        transmittance.par_iter_mut().zip(ray_ends.par_iter()).enumerate().for_each(|(index, (out, &end))| {
+            let through = match frame.medium().height_falloff() {
+                None => frame.medium().transmittance(end),
+                Some(_) => frame.medium().transmittance_along(eye, &ray_of(index as u32), end),
+            };
+            *out = through.map(|t| t as f32);
         });
     }
 
@@ -238,7 +243,9 @@ impl<'a> RaycastTruth<'a> {
                 let ray = frame.camera().pixel_ray(x as u32, y as u32);
                 let radiance = ray_radiance(caster, walk, frame, &ray, ends[x]);
                 inscattered[x] = radiance.as_vec3().to_array();
-                transmittance[x] = frame.medium().transmittance(ends[x]).map(|t| t as f32);
+                let eye = frame.camera().eye();
+                let through = frame.medium().transmittance_along(eye, &ray, ends[x]);
+                transmittance[x] = through.map(|t| t as f32);
             }
             counts[0] = walk.counts;
         });

@@ -67,6 +67,7 @@ pub(super) static INFO: TechniqueInfo = TechniqueInfo::of_reference(
     Capabilities {
         lights: &[LightKind::Directional, LightKind::Point],
         textures: &[],
+        height_fog: &[],
         ..ShadowMapWalk::CAPABILITIES
     },
 );
