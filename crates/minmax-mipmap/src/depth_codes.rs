@@ -52,6 +52,12 @@ impl DepthCodes {
         }
     }
 
+    /// The depth at code 0 of a perspective map, below which codes tell nothing; 0 of a parallel map.
+    pub fn nearest_depth(&self) -> f64 {
+        // A useless range begins at −1/∞.
+        if self.inverse && self.nearest < 0.0 { -1.0 / self.nearest } else { 0.0 }
+    }
+
     /// The coordinate of a depth ≥ 0.
     pub fn coordinate(&self, depth: f64) -> f64 {
         if self.inverse { -1.0 / depth } else { depth }

@@ -8,7 +8,7 @@ use scatter_core::{
 use crate::exact::Exact;
 use crate::options::{ID, Mode, Options};
 
-/// What exact mode renders: all lights, maps, cameras and media of the model.
+/// What exact mode renders: all of the model but lamps in height fog.
 pub const CAPABILITIES: Capabilities = Capabilities {
     lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
     textures: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
@@ -24,6 +24,7 @@ pub const CAPABILITIES: Capabilities = Capabilities {
     extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
     phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
     phase_sums: true,
+    height_fog: &[LightKind::Directional],
     endless_rays: true,
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: MAX_CASCADES, layer_texels: u64::MAX },
 };

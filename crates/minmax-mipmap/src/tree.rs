@@ -117,6 +117,16 @@ impl MinMaxTree {
         Node(self.nodes[row * self.pitch + (i >> level) as usize])
     }
 
+    /// Powers of two ≥ the map's width and height, ≥ 4.
+    pub(crate) fn sides(&self) -> [u32; 2] {
+        self.sides
+    }
+
+    /// All nodes, and how far a row is from the next one.
+    pub(crate) fn rows(&self) -> (&[u32], usize) {
+        (&self.nodes, self.pitch)
+    }
+
     /// Bytes that it holds.
     pub fn memory_bytes(&self) -> u64 {
         (self.nodes.capacity() * size_of::<u32>()) as u64

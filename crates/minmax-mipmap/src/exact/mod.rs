@@ -2,116 +2,103 @@
 //!
 //! ```text
 //! layers      each map's MinMaxTree, coded for the depths that view rays have
-//! descent     a ray in f64, one at a time
+//! ray_fan     sixteen rays in a map's space          set_up     rays cut by the layers ──▶ segments
+//! packets     segments through the mipmap ──▶ lit runs, and blocks that must be looked at closely
+//! texels      blocks texel by texel       ──▶ lit runs
+//! integrate   lit runs ──▶ sums of pixels            tile       all of it for a part of the image
+//! descent     one ray in f64: the plain form, for what lanes of f32 cannot hold
 //! ```
 
 mod descent;
+mod integrate;
+mod lanes;
 mod layers;
+mod packets;
+mod queues;
 mod ray_fan;
+mod segment;
+mod set_up;
+mod texels;
+mod tile;
 
-use glam::DVec3;
-use scatter_core::{
-    Frame, Level, RayLight, RenderStats, ScatterImage, SceneFacts, StageClock, layer_pieces, parallel,
-};
+use std::sync::{Mutex, PoisonError};
 
-use descent::{Looks, lit_stretches};
+use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel};
+
+use integrate::Integrand;
 use layers::LayerTrees;
 use ray_fan::RayFan;
+use set_up::LayerFan;
+use tile::{Scene, TILE, TileWork};
 
 /// Exact mode with its buffers, which serve the next frame.
 #[derive(Debug)]
 pub struct Exact {
     simd: Level,
-    layers: LayerTrees,
-    /// What each row looked at.
-    looks: Vec<Looks>,
+    trees: LayerTrees,
+    fans: Vec<LayerFan>,
+    workers: Vec<TileWork>,
 }
 
 impl Exact {
     /// With the instructions of a level.
     pub fn new(simd: Level) -> Self {
-        Self { simd, layers: LayerTrees::default(), looks: Vec::new() }
+        Self { simd, trees: LayerTrees::default(), fans: Vec::new(), workers: Vec::new() }
     }
 
     /// Renders a frame, whatever it has.
     pub fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> RenderStats {
+        let simd = self.simd;
         let mut stats = RenderStats::default();
         let mut clock = StageClock::start();
         let facts = SceneFacts::of(frame);
         let fan = RayFan::new(frame.camera());
         clock.lap(&mut stats, "facts");
 
+        self.fans.clear();
         if facts.casts_shadow {
-            self.layers.build(self.simd, frame, &fan);
+            self.trees.build(simd, frame, &fan);
+            let layers = frame.shadow().layers().enumerate();
+            self.fans.extend(layers.map(|(index, layer)| LayerFan::new(&fan, &layer, &self.trees, index)));
         }
         clock.lap(&mut stats, "mipmaps");
 
-        let [width, height] = frame.size();
-        self.looks.clear();
-        self.looks.resize(height as usize, Looks::default());
-        let trees = &self.layers;
+        self.workers.resize_with(parallel::worker_count(), TileWork::default);
+        self.workers.iter_mut().for_each(TileWork::start_frame);
+        let scene =
+            Scene { frame, fan, layers: &self.fans, trees: &self.trees, integrand: Integrand::of(frame) };
+        let width = frame.size()[0];
+        let band_pixels = (width * TILE[1]) as usize;
         let (inscattered, transmittance) = out.overwritten(frame.size());
-        parallel::for_each_band(
-            (inscattered, transmittance, &mut self.looks),
-            [width as usize, 1],
-            |y, inscattered, transmittance, looks| {
-                let y = y as u32;
-                for x in 0..width {
-                    let radiance =
-                        descended(frame, facts.casts_shadow.then_some(trees), [x, y], &mut looks[0]);
-                    inscattered[x as usize] = radiance.as_vec3().to_array();
-                    transmittance[x as usize] =
-                        frame.medium().transmittance(frame.ray_end(x, y)).map(|through| through as f32);
+        let bands =
+            inscattered.chunks_mut(band_pixels).zip(transmittance.chunks_mut(band_pixels)).enumerate();
+        let bands = Mutex::new(bands);
+        parallel::for_each_worker(&mut self.workers, |worker| {
+            loop {
+                let band = bands.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let Some((band, (inscattered, transmittance))) = band else { return };
+                for x in (0..width).step_by(TILE[0] as usize) {
+                    let origin = [x, band as u32 * TILE[1]];
+                    at_level!(simd, vectors => worker.render(vectors, &scene, origin, (inscattered, transmittance)));
                 }
-            },
-        );
-        clock.lap(&mut stats, "descent");
+            }
+        });
+        clock.lap(&mut stats, "traversal");
 
-        stats.counts.push("rays", u64::from(width) * u64::from(height));
-        stats.counts.push("nodes", self.looks.iter().map(|looks| looks.nodes).sum());
-        stats.counts.push("texels", self.looks.iter().map(|looks| looks.texels).sum());
+        let count = |of: fn(&TileWork) -> u64| self.workers.iter().map(of).sum();
+        stats.counts.push("rays", frame.size().map(u64::from).iter().product());
+        stats.counts.push("segments", count(|work| work.segments));
+        stats.counts.push("nodes", count(|work| work.looks.nodes));
+        stats.counts.push("texels", count(|work| work.looks.texels));
+        stats.counts.push("lit runs", count(|work| work.lit_runs));
+        stats.counts.push("segments in f64", count(|work| work.leftovers));
         stats.push_modelled(&facts);
-        stats.memory_bytes = self.layers.memory_bytes() + (self.looks.capacity() * size_of::<Looks>()) as u64;
+        stats.memory_bytes = self.memory_bytes();
         stats
     }
-}
 
-/// In-scattered radiance of one pixel in f64.
-fn descended(frame: &Frame<'_>, trees: Option<&LayerTrees>, [x, y]: [u32; 2], looks: &mut Looks) -> DVec3 {
-    let (camera, end) = (frame.camera(), frame.ray_end(x, y));
-    let ray = camera.pixel_ray(x, y);
-    let light = RayLight::new(frame.light(), frame.medium(), camera.eye(), &ray);
-    let mut radiance = DVec3::ZERO;
-    let mut add = |a: f64, b: f64| match frame.texture() {
-        None => radiance += light.interval(a, b),
-        Some(texture) => texture.pieces(camera.eye(), ray.origin, ray.direction, [a, b], |a, b, colour| {
-            radiance += light.interval(a, b) * DVec3::from(colour.map(f64::from));
-        }),
-    };
-    let Some(trees) = trees else {
-        add(0.0, end);
-        return radiance;
-    };
-    let mut open: Option<(f64, f64)> = None;
-    let mut push = |a: f64, b: f64| match &mut open {
-        Some((_, end)) if *end == a => *end = b,
-        _ => {
-            if let Some((a, b)) = open.replace((a, b)) {
-                add(a, b);
-            }
-        }
-    };
-    layer_pieces(frame.setup().maps(), camera.eye(), &ray, [0.0, end], |piece| {
-        let layer =
-            piece.layer.and_then(|index| Some((frame.shadow().layer(index)?, trees.trees().get(index)?)));
-        let Some((layer, tree)) = layer else {
-            return push(piece.t_min, piece.t_max);
-        };
-        let path = layer.projection().ray(camera.eye(), ray.origin, ray.direction);
-        lit_stretches(&layer, tree, &path, [piece.t_min, piece.t_max], looks, &mut push);
-    });
-    if let Some((a, b)) = open {
-        add(a, b);
+    fn memory_bytes(&self) -> u64 {
+        let fans = self.fans.capacity() * size_of::<LayerFan>();
+        self.trees.memory_bytes() + fans as u64 + self.workers.iter().map(TileWork::memory_bytes).sum::<u64>()
     }
-    radiance
 }
