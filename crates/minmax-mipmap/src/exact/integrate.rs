@@ -15,6 +15,7 @@ use super::ray_fan::LANES;
 use super::segment::{Segment, Word};
 
 /// What is added up.
+#[expect(clippy::large_enum_variant, reason = "one a frame, on the stack: a box would be an allocation a frame")]
 pub enum Integrand<'a> {
     /// Lit lengths under a sun in a uniform medium; RGB extinction.
     Lengths {
@@ -168,9 +169,9 @@ impl<'a> Integrand<'a> {
         let at = pixel as usize;
         if let Self::Lengths { sigma_t, channels } = self {
             let stretch = f64::from(sums.stretch[at]);
-            for channel in 0..*channels {
-                let length = scatter_core::sun_interval(sigma_t[channel].into(), from, to) / stretch;
-                sums.channels[channel][at] += length.min(1e30) as f32;
+            for (values, sigma) in sums.channels.iter_mut().zip(sigma_t).take(*channels) {
+                let length = scatter_core::sun_interval((*sigma).into(), from, to) / stretch;
+                values[at] += length.min(1e30) as f32;
             }
             return;
         }

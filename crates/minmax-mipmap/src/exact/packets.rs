@@ -55,10 +55,11 @@ impl<'a> TreeView<'a> {
     /// The nodes with these indices; indices of lanes that are done may lie anywhere.
     #[inline(always)]
     fn fetch<S: Simd>(&self, simd: S, at: Indices<S>) -> u32x16<S> {
-        let (at, last) = (at.to_array(), self.nodes.len() - 1);
+        let at: u32x16<S> = at.bitcast();
+        let at = at.min(self.nodes.len() as u32 - 1).to_array();
         let mut nodes = [0; LANES];
         for lane in 0..LANES {
-            nodes[lane] = self.nodes[(at[lane] as u32 as usize).min(last)];
+            nodes[lane] = self.nodes[at[lane] as usize];
         }
         u32x16::load_array(simd, nodes)
     }

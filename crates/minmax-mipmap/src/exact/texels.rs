@@ -43,11 +43,12 @@ impl<'a> TexelView<'a> {
     #[inline(always)]
     fn fetch<S: Simd>(&self, simd: S, [i, j]: [Indices<S>; 2]) -> Reals<S> {
         let (i, j) = (i.min(index(simd, self.last[0])), j.min(index(simd, self.last[1])));
-        let (at, last) = ((j * index(simd, self.width) + i).to_array(), self.texels.len() - 1);
+        let at: u32x16<S> = (j * index(simd, self.width) + i).bitcast();
+        // As u32: a map of more than 2³¹ texels wraps around to its right index.
+        let at = at.min(self.texels.len() as u32 - 1).to_array();
         let mut texels = [0.0; LANES];
         for lane in 0..LANES {
-            // As u32: a map of more than 2³¹ texels wraps around to its right index.
-            texels[lane] = self.texels[(at[lane] as u32 as usize).min(last)];
+            texels[lane] = self.texels[at[lane] as usize];
         }
         Reals::load_array(simd, texels)
     }
