@@ -1,7 +1,7 @@
 //! The quadtree over a shadow map: nearest and farthest depth of blocks of 4×4, 8×8, … texels.
 //!
-//! The finest level are blocks of 4×4 texels, below that is the map itself: blocks of 2×2 and of 8×8 were measured to be
-//! slower, and a quarter as many nodes stay in the caches. Nodes are 16-bit codes ([`DepthCodes`]). All levels stand in one
+//! The finest level are blocks of 4×4 texels, below that is the map itself: blocks of 2×2 and of 8×8 were slower in the
+//! prototype. Nodes are 16-bit codes ([`DepthCodes`]). All levels stand in one
 //! buffer of one pitch, level under level, so that a node's place follows from its level by a shift, without a table:
 //!
 //! ```text
@@ -65,7 +65,7 @@ impl Default for MinMaxTree {
 
 impl MinMaxTree {
     /// Builds the tree of a layer, whose depths are coded by `codes`. One pass over the texels, O(texels), rows in
-    /// parallel; a third of a byte a texel more than the map.
+    /// parallel; it holds half a byte a texel.
     pub fn build(&mut self, simd: Level, layer: &ShadowLayer<'_>, codes: DepthCodes) {
         let size = layer.projection().size();
         self.codes = codes;

@@ -82,19 +82,21 @@ impl<'a> Integrand<'a> {
         }
     }
 
-    /// Adds runs of segments; `perspective` says what their parameter is.
+    /// Adds runs of segments, whose starts are `bases`; `perspective` says what their parameter is.
     #[inline(always)]
     pub fn add_runs<S: Simd>(
         &self,
         simd: S,
         frame: &Frame<'_>,
-        (runs, segments, perspective): (&Runs, &[Segment], bool),
+        (runs, segments, bases, perspective): (&Runs, &[Segment], &[f64], bool),
         sums: &mut TileSums,
     ) {
         for at in (0..runs.len()).step_by(LANES) {
             let (numbers, from, to) = runs.sixteen(at);
             let count = (runs.len() - at).min(LANES);
             let (mut pixels, mut starts, mut lengths) = ([0u32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
+            // From a segment's start to the run's.
+            let mut behind = [0.0f32; LANES];
             for lane in 0..LANES {
                 let segment = &segments[numbers[lane] as usize];
                 let (mut a, mut b) = (from[lane], to[lane]);
@@ -102,8 +104,22 @@ impl<'a> Integrand<'a> {
                     (a, b) = (depth_behind(a, segment), depth_behind(b, segment));
                 }
                 pixels[lane] = segment[Word::Pixel as usize];
+                behind[lane] = a;
                 starts[lane] = f32::from_bits(segment[Word::Base as usize]) + a;
                 lengths[lane] = b - a;
+            }
+            if let (Self::Radiance(_), Some(lamp)) = (self, frame.light().position()) {
+                let lamp = lamp - frame.camera().eye();
+                for lane in 0..count {
+                    let ray = ray_of(frame, sums, pixels[lane]);
+                    let stretch = along_ray(frame, &ray);
+                    let from = bases[numbers[lane] as usize] + f64::from(behind[lane]);
+                    let ends = [from, from + f64::from(lengths[lane])].map(|depth| depth * stretch);
+                    if ends.iter().any(|&t| is_at_the_lamp(lamp, &ray, t)) {
+                        self.add_exactly(frame, pixels[lane], ends, sums);
+                        lengths[lane] = 0.0;
+                    }
+                }
             }
             self.add(simd, frame, &pixels, &starts, &lengths, count, sums);
         }
@@ -196,6 +212,22 @@ impl<'a> Integrand<'a> {
 fn ray_of(frame: &Frame<'_>, sums: &TileSums, pixel: u32) -> ViewRay {
     let [x, y] = sums.place(pixel);
     frame.camera().pixel_ray(x, y)
+}
+
+/// How long a unit of the camera's depth is on a ray, in f64.
+fn along_ray(frame: &Frame<'_>, ray: &ViewRay) -> f64 {
+    1.0 / ray.direction.dot(frame.camera().forward())
+}
+
+/// Whether an interval of a lamp that ends at `t` must be integrated in f64: rounding t to f32 shifts the end by 2⁻²⁴·t,
+/// where the light is as 1/d² and all of the ray has about 1/h, so the share that is lost is 2⁻²⁴·t·h/d²; a millionth is
+/// allowed. `lamp` is relative to the eye.
+fn is_at_the_lamp(lamp: DVec3, ray: &ViewRay, t: f64) -> bool {
+    const MOST: f64 = 16.0;
+    let to_lamp = lamp - ray.origin;
+    let closest = to_lamp.dot(ray.direction);
+    let distance = to_lamp.cross(ray.direction).length();
+    t * distance > MOST * (distance * distance + (t - closest) * (t - closest))
 }
 
 /// The camera's depth behind a segment's start, from the parameter of a perspective map's segment.

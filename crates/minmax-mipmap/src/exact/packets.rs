@@ -11,8 +11,8 @@
 //!         go on at e, in the next block; a level up where that is another parent's
 //! ```
 //!
-//! 1. No lane branches. Two packets take turns, so that one computes while the other waits for its nodes (measured: 1.28
-//!    times as fast as one; a third adds nothing).
+//! 1. No lane branches. Two packets take turns, so that one computes while the other waits for its nodes (1.28 times as fast
+//!    as one in the prototype, where a third added nothing).
 //! 2. Lanes that are done are refilled when half of a packet is.
 //! 3. Cells advance by integer indices. A border's parameter is computed from its index relative to the segment's first
 //!    texel; the index on the other axis is clamped to the block that is left, and never turns back.

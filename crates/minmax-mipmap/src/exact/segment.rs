@@ -9,7 +9,7 @@
 //! camera's depth. Under a perspective one, with w the depth in the map,
 //!
 //! ```text
-//!     s = δ/w(δ),   u = u₀ + s·(u̇ − u₀·ẇ)/1,   −1/w = −1/w₀ + s·ẇ/w₀,   δ = s·w₀/(1 − s·ẇ)
+//!     s = δ/w(δ),   u = u₀ + s·(u̇ − u₀·ẇ),   −1/w = −1/w₀ + s·ẇ/w₀,   δ = s·w₀/(1 − s·ẇ)
 //! ```
 //!
 //! for the depth δ behind the start, u̇ and ẇ the homogeneous coordinates' steps: a projective line, so that one traversal

@@ -69,6 +69,8 @@ struct Crossing {
 pub struct Found {
     /// Segments of each layer.
     pub segments: Vec<Vec<Segment>>,
+    /// The camera's depth at the start of each, in f64: near a lamp f32 is too coarse.
+    pub bases: Vec<Vec<f64>>,
     /// What goes the long way.
     pub leftovers: Vec<Leftover>,
     /// Of the block that is being cut: `[layer][group]`, and `[layer]`.
@@ -128,6 +130,11 @@ impl Found {
     /// gets which tile is chance, and the second frame should allocate nothing.
     pub fn clear(&mut self, layers: usize, pixels: usize) {
         self.segments.resize_with(layers, Vec::new);
+        self.bases.resize_with(layers, Vec::new);
+        for bases in &mut self.bases {
+            bases.clear();
+            bases.reserve(2 * pixels);
+        }
         for segments in &mut self.segments {
             segments.clear();
             segments.reserve(2 * pixels + LANES);
@@ -188,6 +195,7 @@ impl Found {
             let Crossing { paths, from, to } = &self.crossings[GROUPS * index + group];
             let mut sink = Sink {
                 segments: &mut self.segments[index],
+                bases: &mut self.bases[index],
                 leftovers: &mut self.leftovers,
                 layer,
                 index,
@@ -238,7 +246,8 @@ impl Found {
     /// Bytes that the lists hold.
     pub fn memory_bytes(&self) -> u64 {
         let segments = self.segments.iter().map(|list| list.capacity() * size_of::<Segment>()).sum::<usize>();
-        let lists = self.segments.capacity() * size_of::<Vec<Segment>>();
+        let lists = 2 * self.segments.capacity() * size_of::<Vec<Segment>>()
+            + self.bases.iter().map(|list| list.capacity() * size_of::<f64>()).sum::<usize>();
         let stretches = (self.open.capacity() + self.next.capacity()) * size_of::<Stretch>();
         let block =
             self.crossings.capacity() * size_of::<Crossing>() + self.slabs.capacity() * size_of::<Slabs>();
@@ -249,6 +258,7 @@ impl Found {
 /// Where the segments of a group in one layer go.
 struct Sink<'a> {
     segments: &'a mut Vec<Segment>,
+    bases: &'a mut Vec<f64>,
     leftovers: &'a mut Vec<Leftover>,
     layer: &'a LayerFan,
     index: usize,
@@ -368,6 +378,7 @@ impl Sink<'_> {
             if from[lane] < to[lane] {
                 if holds[lane] {
                     self.segments.push(rows[lane].to_array());
+                    self.bases.push(from[lane]);
                 } else {
                     let (pixel, part) = (pixels[lane], [from[lane], to[lane]]);
                     self.leftovers.push(Leftover { pixel, layer: self.index as u32, part });

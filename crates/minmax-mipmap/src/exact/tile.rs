@@ -149,7 +149,7 @@ impl TileWork {
         else {
             return;
         };
-        let segments = &mut found.segments[index];
+        let (segments, bases) = (&mut found.segments[index], &found.bases[index]);
         let count = segments.len();
         if count == 0 {
             return;
@@ -166,7 +166,7 @@ impl TileWork {
             loop {
                 at = look_closely(simd, &texel_view, segments, blocks, at, runs, &mut looks.texels);
                 *lit_runs += runs.len() as u64;
-                scene.integrand.add_runs(simd, scene.frame, (runs, segments, perspective), sums);
+                scene.integrand.add_runs(simd, scene.frame, (runs, segments, bases, perspective), sums);
                 runs.clear();
                 if at >= blocks.len() {
                     break;
