@@ -141,9 +141,10 @@ impl<'a> SunIntegralF32<'a> {
         radiance
     }
 
-    /// `E·Σ σs·p` of sixteen pixels, `[channel][ray]`.
+    /// `E·Σ σs·p` of sixteen pixels from `(x, y)` on, `[channel][ray]`: times a lit length `∫ₐᵇ e^{−σt} dt` it is the
+    /// in-scattered radiance. (In height fog over the extinction of the thickest channel.)
     #[inline(always)]
-    fn source_of_pixels(&self, x: u32, y: u32) -> [Lanes; 3] {
+    pub fn source_of_pixels(&self, x: u32, y: u32) -> [Lanes; 3] {
         if let Some(constant) = self.constant {
             return constant.to_array().map(|value| [value; LANES]);
         }

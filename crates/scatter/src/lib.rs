@@ -63,6 +63,8 @@ pub use scatter_core::*;
 
 #[cfg(feature = "epipolar")]
 pub use epipolar;
+#[cfg(feature = "minmax-mipmap")]
+pub use minmax_mipmap;
 #[cfg(feature = "raymarch-ref")]
 pub use raymarch_ref;
 
@@ -72,6 +74,8 @@ pub static TECHNIQUES: &[&dyn Technique] = &[
     &raymarch_ref::TECHNIQUE,
     #[cfg(feature = "epipolar")]
     &epipolar::TECHNIQUE,
+    #[cfg(feature = "minmax-mipmap")]
+    &minmax_mipmap::TECHNIQUE,
 ];
 
 /// The technique with that id.

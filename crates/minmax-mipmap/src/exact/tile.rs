@@ -1,0 +1,275 @@
+//! A tile of the image: its rays to segments, segments to lit runs, runs to pixels.
+//!
+//! ```text
+//!     cut the rays by the layers                 what no layer decides about is lit
+//!     for each layer:
+//!         packets until a list is full  ⟲  blocks texel by texel  ⟲  runs to sums
+//!     what lanes cannot hold, in f64
+//!     sums to pixels
+//! ```
+//!
+//! All that a tile needs stays in the innermost caches, and no tile knows of another: threads change no bit.
+
+use fearless_simd::Simd;
+use scatter_core::{Frame, Light, RayLanes, SunIntegralF32, transmittances_of_pixels_f32};
+
+use super::descent::{Looks, lit_stretches};
+use super::integrate::{Integrand, TileSums};
+use super::layers::LayerTrees;
+use super::packets::{PADDING, Packets, TreeView};
+use super::queues::{Blocks, Runs};
+use super::ray_fan::{GROUP, LANES, RayFan};
+use super::set_up::{Found, GROUPS, LayerFan, numbers_in_tile};
+use super::texels::{TexelView, look_closely};
+
+/// Pixels of a tile: segments of one are about a hundred kilobytes. Smaller tiles end more often with lanes that idle.
+pub const TILE: [u32; 2] = [64, 32];
+
+/// Where packets enter the mipmap of a perspective map: 512×512 texels.
+const START_LEVEL: u32 = 9;
+
+/// Where they enter that of a parallel map, whose slabs have been looked at: 64×64 texels.
+const START_LEVEL_OF_SLABS: u32 = 6;
+
+/// What all tiles of a frame read.
+pub struct Scene<'a> {
+    /// The frame.
+    pub frame: &'a Frame<'a>,
+    /// Its rays.
+    pub fan: RayFan,
+    /// Its layers, in order; none where nothing casts a shadow.
+    pub layers: &'a [LayerFan],
+    /// Their mipmaps.
+    pub trees: &'a LayerTrees,
+    /// What is added up.
+    pub integrand: Integrand<'a>,
+}
+
+/// What a worker holds for the tile that it is at.
+#[derive(Debug, Clone, Default)]
+pub struct TileWork {
+    found: Found,
+    blocks: Blocks,
+    runs: Runs,
+    sums: TileSums,
+    /// What was looked at in all tiles so far.
+    pub looks: Looks,
+    /// Segments and lit runs of all tiles so far.
+    pub segments: u64,
+    /// Lit runs of all tiles so far.
+    pub lit_runs: u64,
+    /// Parts of rays that went the long way, in f64, of all tiles so far.
+    pub leftovers: u64,
+}
+
+impl TileWork {
+    /// Forgets what it counted.
+    pub fn start_frame(&mut self) {
+        self.looks = Looks::default();
+        (self.segments, self.lit_runs, self.leftovers) = (0, 0, 0);
+    }
+
+    /// Renders the tile at `origin` into rows of the image's width, the first of which is the tile's first row.
+    #[inline(always)]
+    pub fn render<S: Simd>(
+        &mut self,
+        simd: S,
+        scene: &Scene<'_>,
+        origin: [u32; 2],
+        rows: (&mut [[f32; 3]], &mut [[f32; 3]]),
+    ) {
+        let [width, height] = scene.frame.size();
+        let size = [(width - origin[0]).min(TILE[0]), (height - origin[1]).min(TILE[1])];
+        // Whole tiles, whatever the image leaves of them: buffers of one size, and lanes that need no end.
+        let pixels = (TILE[0] * TILE[1]) as usize;
+        self.sums.clear(origin, TILE[0], pixels);
+        self.found.clear(scene.layers.len(), pixels);
+        self.set_up(simd, scene, size);
+        for index in 0..scene.layers.len() {
+            self.traverse(simd, scene, index);
+        }
+        self.walk_leftovers(scene);
+        self.shade(scene, size, rows);
+    }
+
+    /// Cuts the tile's rays by the layers.
+    #[inline(always)]
+    fn set_up<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, size: [u32; 2]) {
+        let Self { found, sums, lit_runs, .. } = self;
+        let (frame, limit) = (scene.frame, scene.frame.max_distance());
+        let width = frame.size()[0] as usize;
+        for y in (0..size[1]).step_by(GROUP[1] as usize * GROUPS) {
+            for x in (0..size[0]).step_by(GROUP[0] as usize) {
+                let place = [sums.origin[0] + x, sums.origin[1] + y];
+                let mut ends = [[0.0; LANES]; GROUPS];
+                for (group, ends) in ends.iter_mut().enumerate() {
+                    let first_row = y + group as u32 * GROUP[1];
+                    let stretch = scene.fan.stretch([place[0], sums.origin[1] + first_row]);
+                    for row in 0..GROUP[1] {
+                        let lanes = (row * GROUP[0]) as usize..((row + 1) * GROUP[0]) as usize;
+                        let in_tile = ((first_row + row) * TILE[0] + x) as usize;
+                        for (kept, value) in sums.stretch[in_tile..].iter_mut().zip(&stretch[lanes.clone()]) {
+                            *kept = *value as f32;
+                        }
+                        if first_row + row < size[1] {
+                            let at = (sums.origin[1] + first_row + row) as usize * width + place[0] as usize;
+                            let count = (size[0] - x).min(GROUP[0]) as usize;
+                            let depths = &frame.depth().texels()[at..][..count];
+                            let ends = ends[lanes.clone()].iter_mut();
+                            for ((end, depth), stretch) in ends.zip(depths).zip(&stretch[lanes]) {
+                                *end = f64::from(*depth).min(limit) / stretch;
+                            }
+                        }
+                    }
+                }
+                found.look(scene.layers, scene.trees, place, &ends);
+                for (group, ends) in ends.iter().enumerate() {
+                    let pixels = numbers_in_tile(TILE[0], [x, y + group as u32 * GROUP[1]]);
+                    found.cut(simd, scene.layers, group, &pixels, ends, |[from, to]| {
+                        let (mut starts, mut lengths) = ([0.0f32; LANES], [0.0f32; LANES]);
+                        for lane in 0..LANES {
+                            if from[lane] < to[lane] {
+                                starts[lane] = from[lane] as f32;
+                                lengths[lane] = (to[lane] - from[lane]) as f32;
+                            }
+                        }
+                        *lit_runs += LANES as u64;
+                        scene.integrand.add(simd, frame, &pixels, &starts, &lengths, LANES, sums);
+                    });
+                }
+            }
+        }
+    }
+
+    /// Takes the segments of a layer through its mipmap.
+    #[inline(always)]
+    fn traverse<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, index: usize) {
+        let Self { found, blocks, runs, sums, looks, segments: all_segments, lit_runs, .. } = self;
+        let (Some(tree), Some(layer)) = (scene.trees.trees().get(index), scene.frame.shadow().layer(index))
+        else {
+            return;
+        };
+        let (segments, bases) = (&mut found.segments[index], &found.bases[index]);
+        let count = segments.len();
+        if count == 0 {
+            return;
+        }
+        *all_segments += count as u64;
+        segments.extend_from_slice(&PADDING);
+        let perspective = layer.projection().is_perspective();
+        let start = if perspective { START_LEVEL } else { START_LEVEL_OF_SLABS };
+        let (tree_view, texel_view) = (TreeView::new(tree, start), TexelView::new(&layer, tree.sides()));
+        let mut packets = Packets::new(simd);
+        loop {
+            let through = packets.advance(simd, &tree_view, segments, count, (blocks, runs));
+            let mut at = 0;
+            loop {
+                at = look_closely(simd, &texel_view, segments, blocks, at, runs, &mut looks.texels);
+                *lit_runs += runs.len() as u64;
+                scene.integrand.add_runs(simd, scene.frame, (runs, segments, bases, perspective), sums);
+                runs.clear();
+                if at >= blocks.len() {
+                    break;
+                }
+            }
+            blocks.clear();
+            if through {
+                break;
+            }
+        }
+        looks.nodes += packets.nodes;
+    }
+
+    /// Takes what lanes cannot hold through the mipmap in f64.
+    fn walk_leftovers(&mut self, scene: &Scene<'_>) {
+        let Self { found, sums, looks, leftovers, .. } = self;
+        let frame = scene.frame;
+        *leftovers += found.leftovers.len() as u64;
+        for leftover in &found.leftovers {
+            let index = leftover.layer as usize;
+            let (Some(tree), Some(layer)) = (scene.trees.trees().get(index), frame.shadow().layer(index))
+            else {
+                continue;
+            };
+            let [x, y] = sums.place(leftover.pixel);
+            let ray = frame.camera().pixel_ray(x, y);
+            let stretch = f64::from(sums.stretch[leftover.pixel as usize]);
+            let path = layer.projection().ray(frame.camera().eye(), ray.origin, ray.direction);
+            let part = leftover.part.map(|depth| depth * stretch);
+            let pixel = leftover.pixel;
+            lit_stretches(&layer, tree, &path, part, looks, |a, b| {
+                scene.integrand.add_exactly(frame, pixel, [a, b], sums);
+            });
+        }
+    }
+
+    /// Writes the tile's pixels.
+    #[inline(always)]
+    fn shade(
+        &mut self,
+        scene: &Scene<'_>,
+        size: [u32; 2],
+        (inscattered, transmittance): (&mut [[f32; 3]], &mut [[f32; 3]]),
+    ) {
+        let sums = &self.sums;
+        let (frame, width, limit) = (scene.frame, scene.frame.size()[0] as usize, scene.frame.max_distance());
+        let sun = match (frame.light(), &scene.integrand) {
+            (Light::Directional(sun), Integrand::Lengths { .. }) => {
+                Some(SunIntegralF32::new(sun, frame.medium(), frame.camera()))
+            }
+            _ => None,
+        };
+        let same = matches!(scene.integrand, Integrand::Lengths { channels: 1, .. });
+        for row in 0..size[1] {
+            for column in (0..size[0]).step_by(RayLanes::COUNT) {
+                let place = [sums.origin[0] + column, sums.origin[1] + row];
+                let count = (size[0] - column).min(RayLanes::COUNT as u32) as usize;
+                let first = row as usize * width + place[0] as usize;
+                let tile_first = (row * TILE[0] + column) as usize;
+                let mut ends = [0.0f32; LANES];
+                let texels =
+                    &frame.depth().texels()[place[1] as usize * width + place[0] as usize..][..count];
+                for (end, &depth) in ends.iter_mut().zip(texels) {
+                    *end = f64::from(depth).min(limit) as f32;
+                }
+                let through = transmittances_of_pixels_f32(frame.setup(), (place[0], place[1]), &ends);
+                let mut radiance = [[1.0f32; LANES]; 3];
+                if let Some(sun) = &sun {
+                    radiance = sun.source_of_pixels(place[0], place[1]);
+                }
+                for (channel, values) in radiance.iter_mut().enumerate() {
+                    let sum = &sums.channels[if same { 0 } else { channel }][tile_first..][..LANES];
+                    for lane in 0..LANES {
+                        values[lane] *= sum[lane];
+                    }
+                    if sun.is_some() {
+                        let stretch = &sums.stretch[tile_first..][..LANES];
+                        for lane in 0..LANES {
+                            values[lane] *= stretch[lane];
+                        }
+                    }
+                }
+                write_pixels(&radiance, &mut inscattered[first..][..count]);
+                write_pixels(&through, &mut transmittance[first..][..count]);
+            }
+        }
+    }
+
+    /// Bytes that it holds.
+    pub fn memory_bytes(&self) -> u64 {
+        self.found.memory_bytes()
+            + self.blocks.memory_bytes()
+            + self.runs.memory_bytes()
+            + self.sums.memory_bytes()
+            + size_of::<Self>() as u64
+    }
+}
+
+/// Channel by channel to pixel by pixel.
+#[inline(always)]
+fn write_pixels(channels: &[[f32; LANES]; 3], pixels: &mut [[f32; 3]]) {
+    let [red, green, blue] = channels;
+    for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
+        *pixel = [*red, *green, *blue];
+    }
+}

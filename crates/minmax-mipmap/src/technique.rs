@@ -1,0 +1,71 @@
+//! The technique: one id, and a mode for each way to answer a pixel.
+
+use scatter_core::{
+    CameraKind, Capabilities, ExtinctionKind, Frame, Level, LightKind, Limits, MAX_CASCADES, MapKind,
+    PhaseKind, RenderError, RenderStats, ScatterImage, VolumetricShadow, simd_level,
+};
+
+use crate::exact::Exact;
+use crate::options::{ID, Mode, Options};
+
+/// What exact mode renders: all of the model but lamps in height fog.
+pub const CAPABILITIES: Capabilities = Capabilities {
+    lights: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    textures: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    maps: &[
+        MapKind::Unshadowed,
+        MapKind::Orthographic,
+        MapKind::Perspective,
+        MapKind::Cube,
+        MapKind::Faces,
+        MapKind::Cascades,
+    ],
+    cameras: &[CameraKind::Perspective, CameraKind::OffCentre, CameraKind::Orthographic],
+    extinctions: &[ExtinctionKind::Grey, ExtinctionKind::Rgb],
+    phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
+    phase_sums: true,
+    height_fog: &[LightKind::Directional],
+    endless_rays: true,
+    limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: MAX_CASCADES, layer_texels: u64::MAX },
+};
+
+/// Volumetric shadows by min/max mipmaps of the shadow map (Chen et al. 2011, Yusov 2012, and what goes beyond them:
+/// the crate's page).
+///
+/// In exact mode a pixel costs about as many nodes as its ray passes edges of shadows: tens, not the thousands of texels
+/// that it crosses. Errors are those of f32: ≤ 1e-5 of the mean, against the exact walk through the same map.
+#[derive(Debug)]
+pub struct MinMaxMipmap {
+    options: Options,
+    exact: Exact,
+}
+
+impl MinMaxMipmap {
+    /// With the widest registers of the CPU that it runs on, or the portable ones if the environment says
+    /// `SCATTER_SIMD=baseline`.
+    pub fn new(options: Options) -> Self {
+        Self::with_simd(options, simd_level())
+    }
+
+    /// With the instructions of a level: `Level::baseline()` uses nothing but what every CPU of the target has.
+    pub fn with_simd(options: Options, simd: Level) -> Self {
+        Self { options, exact: Exact::new(simd) }
+    }
+}
+
+impl VolumetricShadow for MinMaxMipmap {
+    fn id(&self) -> &'static str {
+        ID
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        CAPABILITIES
+    }
+
+    fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
+        self.supports(frame)?;
+        match self.options.mode {
+            Mode::Exact => Ok(self.exact.render(frame, out)),
+        }
+    }
+}
