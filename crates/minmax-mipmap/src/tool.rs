@@ -1,7 +1,7 @@
 //! The technique as tools see it: its options as a table, its choice for a target, and its ladder of settings.
 
 use scatter_core::{
-    Choice, Configurable, OptionError, OptionTable, Rounding, SceneFacts, Target, TechniqueInfo,
+    Choice, Configurable, MemoryBound, OptionError, OptionTable, Rounding, SceneFacts, Target, TechniqueInfo,
     VolumetricShadow, option_row,
 };
 
@@ -30,6 +30,8 @@ static INFO: TechniqueInfo = TechniqueInfo {
                      allowed, 1e-6; what lies between is the closed form in f32, of a sun 1e-5 at most, of a lamp twice \
                      the 2.3e-5 that was met",
     },
+    // A block of 4×4 texels has one node of 4 bytes, and all coarser levels a third of that. A worker holds one tile.
+    memory: MemoryBound { fixed: 16 << 20, a_pixel: 1, a_texel: 1 },
     options: &TABLE,
 };
 

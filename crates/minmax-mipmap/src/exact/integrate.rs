@@ -7,7 +7,7 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::DVec3;
-use scatter_core::{Frame, Light, LightIntegralF32, RayLanes, RayLight, ViewRay};
+use scatter_core::{Frame, Light, LightIntegralF32, Projection, RayLanes, RayLight, ViewRay};
 
 use super::lanes::{Reals, lit_length, real};
 use super::queues::Runs;
@@ -214,9 +214,12 @@ fn ray_of(frame: &Frame<'_>, sums: &TileSums, pixel: u32) -> ViewRay {
     frame.camera().pixel_ray(x, y)
 }
 
-/// How long a unit of the camera's depth is on a ray, in f64.
+/// How long a unit of a ray's parameter is, in f64: of the depth of a perspective camera.
 fn along_ray(frame: &Frame<'_>, ray: &ViewRay) -> f64 {
-    1.0 / ray.direction.dot(frame.camera().forward())
+    match frame.camera().projection() {
+        Projection::Perspective => 1.0 / ray.direction.dot(frame.camera().forward()),
+        Projection::Orthographic => 1.0,
+    }
 }
 
 /// Whether an interval of a lamp that ends at `t` must be integrated in f64: rounding t to f32 shifts the end by 2⁻²⁴·t,

@@ -1,8 +1,8 @@
 //! Sixteen view rays in the space of a map: two affine functions of the pixel's place, in f64.
 //!
-//! Rays are parametrised by the depth along the camera's axis instead of the way along the ray: then directions are linear
-//! in the pixel's coordinates (for a perspective camera), and so are starts (for an orthographic one), in the world and
-//! in the homogeneous space of every map.
+//! Rays of a perspective camera are parametrised by the depth along the camera's axis instead of the way along the ray: then
+//! directions are linear in the pixel's coordinates, in the world and in the homogeneous space of every map. Those of a
+//! parallel camera, square to its image or oblique, are parametrised by the way along them, and their starts are linear.
 
 use glam::DVec3;
 use scatter_core::{Camera, MapProjection, Projection, Window};
@@ -19,16 +19,16 @@ pub type Wide = [f64; LANES];
 /// A vector that is affine in the pixel's column and row: constant, a column's, a row's.
 type Affine = [DVec3; 3];
 
-/// All view rays of a camera: `origin + s·direction`, s the depth along the camera's axis \[world units\], relative to the
-/// eye.
+/// All view rays of a camera: `origin + s·direction` \[world units\], relative to the eye, s the depth along the axis of a
+/// perspective camera and the way along the rays of a parallel one.
 #[derive(Debug, Clone, Copy)]
 pub struct RayFan {
     eye: DVec3,
     origin: Affine,
     direction: Affine,
     perspective: bool,
-    /// Tangents (or offsets) of the first pixel's centre and of a pixel's step, of columns and rows.
-    place: [[f64; 2]; 2],
+    /// Where a pixel's centre lies in the camera's window: the first one, and a step of columns and of rows.
+    place: [[f64; 2]; 3],
 }
 
 /// The rays of a [`RayFan`] in the space of one map.
@@ -53,17 +53,16 @@ pub struct MapPaths {
 impl RayFan {
     /// Of a camera.
     pub fn new(camera: &Camera) -> Self {
-        let Window { left, right, bottom, top } = camera.window();
         let [width, height] = camera.size().map(f64::from);
-        let steps = [(right - left) / width, (bottom - top) / height];
-        let place = [[left + 0.5 * steps[0], steps[0]], [top + 0.5 * steps[1], steps[1]]];
-        let offset = camera.right() * place[0][0] + camera.up() * place[1][0];
-        let (columns, rows) = (camera.right() * steps[0], camera.up() * steps[1]);
+        let Window { left, right, bottom, top } = camera.window();
+        let first = camera.window_from_image(0.5, 0.5);
+        let place =
+            [first, [(right - left) / width, 0.0], [camera.shear() / height, (bottom - top) / height]];
+        let [offset, columns, rows] = place.map(|[u, v]| camera.right() * u + camera.up() * v);
         let perspective = camera.projection() == Projection::Perspective;
-        let (origin, direction) = if perspective {
-            ([DVec3::ZERO; 3], [camera.forward() + offset, columns, rows])
-        } else {
-            ([offset, columns, rows], [camera.forward(), DVec3::ZERO, DVec3::ZERO])
+        let (origin, direction) = match camera.parallel_direction() {
+            None => ([DVec3::ZERO; 3], [camera.forward() + offset, columns, rows]),
+            Some(travel) => ([offset, columns, rows], [travel, DVec3::ZERO, DVec3::ZERO]),
         };
         Self { eye: camera.eye(), origin, direction, perspective, place }
     }
@@ -87,8 +86,10 @@ impl RayFan {
         if self.perspective {
             for (lane, stretch) in stretch.iter_mut().enumerate() {
                 let [column, row] = place_in_group(lane);
-                let u = self.place[0][0] + self.place[0][1] * f64::from(x + column);
-                let v = self.place[1][0] + self.place[1][1] * f64::from(y + row);
+                let (column, row) = (f64::from(x + column), f64::from(y + row));
+                let [first, step, row_step] = self.place;
+                let u = first[0] + step[0] * column + row_step[0] * row;
+                let v = first[1] + row_step[1] * row;
                 *stretch = (1.0 + u * u + v * v).sqrt();
             }
         }
