@@ -17,6 +17,7 @@ mod slice_integrator;
 mod slice_view;
 mod spacing;
 
+pub use borders::Borders;
 pub use pass::Resampling;
 pub use queries::{OpenQueries, SliceQueries};
 pub use refinement::{MOST_HALVINGS, Refinement};
@@ -28,5 +29,4 @@ pub use slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup};
 pub use slice_view::{SliceAngles, SliceLight, SliceScene, SliceView};
 pub use spacing::{ErrorTarget, SpacingEstimate};
 
-pub(crate) use borders::Borders;
 pub(crate) use pixels_between::{Offsets, PixelsBetween};
