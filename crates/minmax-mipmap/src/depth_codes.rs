@@ -81,18 +81,21 @@ impl DepthCodes {
     /// Nodes of sixteen pairs of depths, nearest and farthest, as [`Node`](crate::Node) holds them.
     #[inline(always)]
     pub(crate) fn encode<S: Simd>(&self, simd: S, nearest: f32x16<S>, farthest: f32x16<S>) -> u32x16<S> {
-        let sky = f32x16::splat(simd, f32::INFINITY);
-        let (scale, first) = (self.per_unit as f32, self.nearest as f32);
-        let code = |depth: f32x16<S>, slack: f32, least: f32, most: f32| {
-            let coordinate = if self.inverse { f32x16::splat(simd, -1.0) / depth } else { depth };
-            let code = (coordinate - first).mul_add(f32x16::splat(simd, scale), f32x16::splat(simd, slack));
-            let code = code.max(f32x16::splat(simd, least)).min(f32x16::splat(simd, most));
-            depth.simd_eq(sky).select(f32x16::splat(simd, LAST), code).to_int::<u32x16<S>>()
-        };
         // Truncated: down, and up after one has been added.
-        let low = code(nearest, -MARGIN, 0.0, LAST - 1.0);
-        let high = code(farthest, 1.0 + MARGIN, 1.0, LAST);
+        let low = self.code(simd, nearest, -MARGIN, [0.0, LAST - 1.0]);
+        let high = self.code(simd, farthest, 1.0 + MARGIN, [1.0, LAST]);
         low | (high << 16)
+    }
+
+    #[inline(always)]
+    fn code<S: Simd>(&self, simd: S, depth: f32x16<S>, slack: f32, [least, most]: [f32; 2]) -> u32x16<S> {
+        let coordinate = if self.inverse { f32x16::splat(simd, -1.0) / depth } else { depth };
+        let scale = f32x16::splat(simd, self.per_unit as f32);
+        let code = (coordinate - self.nearest as f32).mul_add(scale, f32x16::splat(simd, slack));
+        let code = code.max(f32x16::splat(simd, least)).min(f32x16::splat(simd, most));
+        let sky = depth.simd_eq(f32x16::splat(simd, f32::INFINITY));
+        let code = sky.select(f32x16::splat(simd, LAST), code);
+        code.to_int::<fearless_simd::i32x16<S>>().bitcast()
     }
 }
 

@@ -150,21 +150,14 @@ fn finest_row<S: Simd>(simd: S, layer: &ShadowLayer<'_>, codes: &DepthCodes, j: 
     while first < width {
         let Some(nodes) = nodes.next() else { break };
         let (nearest, farthest) = if first + SIDE * LANES <= width {
-            let quarter = |n: usize| {
-                let of = |line: &[f32]| f32x16::from_slice(simd, &line[first + n * LANES..][..LANES]);
-                let [a, b, c, d] = lines.map(of);
-                (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)))
-            };
-            let [a, b, c, d] = [quarter(0), quarter(1), quarter(2), quarter(3)];
-            let least = |a: f32x16<S>, b: f32x16<S>| {
-                let (even, odd) = a.deinterleave(b);
-                even.min(odd)
-            };
-            let most = |a: f32x16<S>, b: f32x16<S>| {
-                let (even, odd) = a.deinterleave(b);
-                even.max(odd)
-            };
-            (least(least(a.0, b.0), least(c.0, d.0)), most(most(a.1, b.1), most(c.1, d.1)))
+            let a = column_bounds(simd, &lines, first);
+            let b = column_bounds(simd, &lines, first + LANES);
+            let c = column_bounds(simd, &lines, first + 2 * LANES);
+            let d = column_bounds(simd, &lines, first + 3 * LANES);
+            (
+                least_of_pairs(least_of_pairs(a[0], b[0]), least_of_pairs(c[0], d[0])),
+                most_of_pairs(most_of_pairs(a[1], b[1]), most_of_pairs(c[1], d[1])),
+            )
         } else {
             let (mut nearest, mut farthest) = ([f32::INFINITY; LANES], [0.0f32; LANES]);
             for line in lines {
@@ -180,22 +173,56 @@ fn finest_row<S: Simd>(simd: S, layer: &ShadowLayer<'_>, codes: &DepthCodes, j: 
     }
 }
 
+/// Least and greatest of four lines in sixteen columns.
+#[inline(always)]
+fn column_bounds<S: Simd>(simd: S, lines: &[&[f32]; 4], first: usize) -> [f32x16<S>; 2] {
+    let a = f32x16::from_slice(simd, &lines[0][first..][..LANES]);
+    let b = f32x16::from_slice(simd, &lines[1][first..][..LANES]);
+    let c = f32x16::from_slice(simd, &lines[2][first..][..LANES]);
+    let d = f32x16::from_slice(simd, &lines[3][first..][..LANES]);
+    [a.min(b).min(c.min(d)), a.max(b).max(c.max(d))]
+}
+
+/// The lesser ones of sixteen pairs of neighbours.
+#[inline(always)]
+fn least_of_pairs<S: Simd>(a: f32x16<S>, b: f32x16<S>) -> f32x16<S> {
+    let (even, odd) = a.deinterleave(b);
+    even.min(odd)
+}
+
+/// The greater ones of sixteen pairs of neighbours.
+#[inline(always)]
+fn most_of_pairs<S: Simd>(a: f32x16<S>, b: f32x16<S>) -> f32x16<S> {
+    let (even, odd) = a.deinterleave(b);
+    even.max(odd)
+}
+
+/// Nodes that enclose two nodes each.
+#[inline(always)]
+fn enclosing<S: Simd>(a: u32x16<S>, b: u32x16<S>) -> u32x16<S> {
+    // The farthest depth stands in the upper half, so of two nodes the greater one has it.
+    (a & 0xFFFF).min(b & 0xFFFF) | (a.max(b) & 0xFFFF_0000)
+}
+
+#[inline(always)]
+fn row_of<S: Simd>(simd: S, line: &[u32], first: usize) -> u32x16<S> {
+    u32x16::from_slice(simd, &line[first..][..LANES])
+}
+
 /// Nodes of one row of a level from the two rows below.
 #[inline(always)]
 fn coarser_row<S: Simd>(simd: S, below: [&[u32]; 2], columns_below: usize, row: &mut [u32]) {
-    let least = |a: u32x16<S>, b: u32x16<S>| (a & 0xFFFF).min(b & 0xFFFF) | (a.max(b) & 0xFFFF_0000);
     let mut done = 0;
     for nodes in row.chunks_exact_mut(LANES) {
-        let half = |first: usize| {
-            let [a, b] = below.map(|line| u32x16::from_slice(simd, &line[first..][..LANES]));
-            least(a, b)
-        };
         // A pair whose second half is beyond the map is not among whole chunks: the last column is made below.
         if 2 * (done + LANES) > columns_below {
             break;
         }
-        let (even, odd) = half(2 * done).deinterleave(half(2 * done + LANES));
-        least(even, odd).store_slice(nodes);
+        let [first, second] = [2 * done, 2 * done + LANES];
+        let a = enclosing(row_of(simd, below[0], first), row_of(simd, below[1], first));
+        let b = enclosing(row_of(simd, below[0], second), row_of(simd, below[1], second));
+        let (even, odd) = a.deinterleave(b);
+        enclosing(even, odd).store_slice(nodes);
         done += LANES;
     }
     for (i, node) in row.iter_mut().enumerate().skip(done) {

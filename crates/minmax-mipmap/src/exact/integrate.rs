@@ -15,6 +15,7 @@ use super::ray_fan::LANES;
 use super::segment::{Segment, Word};
 
 /// What is added up.
+#[expect(clippy::large_enum_variant, reason = "one a frame, on the stack: a box would be an allocation a frame")]
 pub enum Integrand<'a> {
     /// Lit lengths under a sun in a uniform medium; RGB extinction.
     Lengths {
@@ -93,13 +94,12 @@ impl<'a> Integrand<'a> {
             let (mut pixels, mut starts, mut lengths) = ([0u32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
             for lane in 0..LANES {
                 let segment = &segments[numbers[lane] as usize];
-                let number = |word: Word| f32::from_bits(segment[word as usize]);
-                let behind = |s: f32| {
-                    if perspective { depth_behind(s, number(Word::Depth), number(Word::PerDepth)) } else { s }
-                };
-                let (a, b) = (behind(from[lane]), behind(to[lane]));
+                let (mut a, mut b) = (from[lane], to[lane]);
+                if perspective {
+                    (a, b) = (depth_behind(a, segment), depth_behind(b, segment));
+                }
                 pixels[lane] = segment[Word::Pixel as usize];
-                starts[lane] = number(Word::Base) + a;
+                starts[lane] = f32::from_bits(segment[Word::Base as usize]) + a;
                 lengths[lane] = b - a;
             }
             self.add(simd, frame, &pixels, &starts, &lengths, count, sums);
@@ -121,7 +121,11 @@ impl<'a> Integrand<'a> {
     ) {
         match self {
             Self::Lengths { sigma_t, channels } => {
-                let stretch = Reals::from_fn(simd, |lane| sums.stretch[pixels[lane] as usize]);
+                let mut stretch = [0.0; LANES];
+                for lane in 0..LANES {
+                    stretch[lane] = sums.stretch[pixels[lane] as usize];
+                }
+                let stretch = Reals::load_array(simd, stretch);
                 let (starts, lengths) =
                     (Reals::load_array_ref(simd, starts), Reals::load_array_ref(simd, lengths));
                 for (channel, sigma) in sigma_t.iter().enumerate().take(*channels) {
@@ -165,9 +169,9 @@ impl<'a> Integrand<'a> {
         let at = pixel as usize;
         if let Self::Lengths { sigma_t, channels } = self {
             let stretch = f64::from(sums.stretch[at]);
-            for channel in 0..*channels {
-                let length = scatter_core::sun_interval(sigma_t[channel].into(), from, to) / stretch;
-                sums.channels[channel][at] += length.min(1e30) as f32;
+            for (values, sigma) in sums.channels.iter_mut().zip(sigma_t).take(*channels) {
+                let length = scatter_core::sun_interval((*sigma).into(), from, to) / stretch;
+                values[at] += length.min(1e30) as f32;
             }
             return;
         }
@@ -193,7 +197,7 @@ fn ray_of(frame: &Frame<'_>, sums: &TileSums, pixel: u32) -> ViewRay {
 
 /// The camera's depth behind a segment's start, from the parameter of a perspective map's segment.
 #[inline(always)]
-fn depth_behind(s: f32, depth: f32, per_depth: f32) -> f32 {
-    let share = s / per_depth;
-    s * depth / (1.0 - share)
+fn depth_behind(s: f32, segment: &Segment) -> f32 {
+    let [depth, per_depth] = [Word::Depth, Word::PerDepth].map(|word| f32::from_bits(segment[word as usize]));
+    s * depth / (1.0 - s / per_depth)
 }

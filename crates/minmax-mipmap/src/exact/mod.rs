@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! layers      each map's MinMaxTree, coded for the depths that view rays have
-//! ray_fan     sixteen rays in a map's space          set_up     rays cut by the layers ──▶ segments
+//! ray_fan     sixteen rays in a map's space          slabs      what blocks of 8×8 rays tell at once
+//! set_up      rays cut by the layers and the slabs ──▶ segments
 //! packets     segments through the mipmap ──▶ lit runs, and blocks that must be looked at closely
 //! texels      blocks texel by texel       ──▶ lit runs
 //! integrate   lit runs ──▶ sums of pixels            tile       all of it for a part of the image
@@ -18,6 +19,7 @@ mod queues;
 mod ray_fan;
 mod segment;
 mod set_up;
+mod slabs;
 mod texels;
 mod tile;
 

@@ -55,9 +55,13 @@ impl<'a> TreeView<'a> {
     /// The nodes with these indices; indices of lanes that are done may lie anywhere.
     #[inline(always)]
     fn fetch<S: Simd>(&self, simd: S, at: Indices<S>) -> u32x16<S> {
-        let at = at.to_array();
-        let last = self.nodes.len() - 1;
-        u32x16::load_array(simd, std::array::from_fn(|lane| self.nodes[(at[lane] as u32 as usize).min(last)]))
+        let at: u32x16<S> = at.bitcast();
+        let at = at.min(self.nodes.len() as u32 - 1).to_array();
+        let mut nodes = [0; LANES];
+        for lane in 0..LANES {
+            nodes[lane] = self.nodes[at[lane] as usize];
+        }
+        u32x16::load_array(simd, nodes)
     }
 }
 
@@ -225,11 +229,7 @@ impl<S: Simd> Packet<S> {
         let within = (one << level) - 1;
         // The last texel of the block, where the ray leaves it, on both axes.
         let last = [self.texel[0] | within, self.texel[1] | within];
-        let border = |axis: usize| {
-            let texels: Reals<S> = (last[axis] + 1 - self.first[axis]).to_float();
-            (texels - self.place[axis]) * self.per[axis]
-        };
-        let borders = [border(0), border(1)];
+        let borders = [self.border(&last, 0), self.border(&last, 1)];
         let end = borders[0].min(borders[1]).min(self.end);
 
         let column = (self.texel[0] ^ self.mirror[0]) >> level;
@@ -255,11 +255,10 @@ impl<S: Simd> Packet<S> {
 
         let leaves = is_lit | is_dark | is_finest;
         let by_columns = borders[0].simd_le(borders[1]);
-        let follow = |axis: usize| {
-            let inside: Indices<S> = end.mul_add(self.step[axis], self.place[axis]).to_int();
-            (inside + self.first[axis]).min(last[axis]).max(self.texel[axis])
-        };
-        let next = [by_columns.select(last[0] + 1, follow(0)), by_columns.select(follow(1), last[1] + 1)];
+        let next = [
+            by_columns.select(last[0] + 1, self.follow(&last, end, 0)),
+            by_columns.select(self.follow(&last, end, 1), last[1] + 1),
+        ];
         let crossed = (self.texel[0] ^ next[0]) | (self.texel[1] ^ next[1]);
         let another = (crossed >> (level + 1)).simd_gt(index(simd, 0));
         let up = leaves & another & level.simd_lt(index(simd, tree.coarsest));
@@ -270,6 +269,22 @@ impl<S: Simd> Packet<S> {
         self.code = leaves.select(code, self.code);
         let off = next[0].simd_ge(index(simd, tree.sides[0])) | next[1].simd_ge(index(simd, tree.sides[1]));
         self.live &= !(leaves & (off | end.simd_ge(self.end)));
+    }
+}
+
+impl<S: Simd> Packet<S> {
+    /// Where the border behind the last texel of a block is on each ray.
+    #[inline(always)]
+    fn border(&self, last: &[Indices<S>; 2], axis: usize) -> Reals<S> {
+        let texels: Reals<S> = (last[axis] + 1 - self.first[axis]).to_float();
+        (texels - self.place[axis]) * self.per[axis]
+    }
+
+    /// The texel at `end` on the axis that is not left: inside of the block, and not behind the one before.
+    #[inline(always)]
+    fn follow(&self, last: &[Indices<S>; 2], end: Reals<S>, axis: usize) -> Indices<S> {
+        let texels: Indices<S> = end.mul_add(self.step[axis], self.place[axis]).to_int();
+        (texels + self.first[axis]).min(last[axis]).max(self.texel[axis])
     }
 }
 

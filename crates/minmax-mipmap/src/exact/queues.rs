@@ -59,11 +59,15 @@ impl Runs {
     /// Adds the lanes that the mask names.
     #[inline(always)]
     pub fn push<S: Simd>(&mut self, mask: Answers<S>, segments: u32x16<S>, from: Reals<S>, to: Reals<S>) {
+        let added = mask.to_bitmask().count_ones() as usize;
+        if added == 0 {
+            return;
+        }
         let at = self.count..self.count + LANES;
         segments.compress(mask).store_slice(&mut self.segments[at.clone()]);
         from.compress(mask).store_slice(&mut self.from[at.clone()]);
         to.compress(mask).store_slice(&mut self.to[at]);
-        self.count += mask.to_bitmask().count_ones() as usize;
+        self.count += added;
     }
 
     /// Whether it is to be worked off.
@@ -110,12 +114,16 @@ impl Blocks {
         from: Reals<S>,
         to: Reals<S>,
     ) {
+        let added = mask.to_bitmask().count_ones() as usize;
+        if added == 0 {
+            return;
+        }
         let at = self.count..self.count + LANES;
         segments.compress(mask).store_slice(&mut self.segments[at.clone()]);
         texels.compress(mask).store_slice(&mut self.texels[at.clone()]);
         from.compress(mask).store_slice(&mut self.from[at.clone()]);
         to.compress(mask).store_slice(&mut self.to[at]);
-        self.count += mask.to_bitmask().count_ones() as usize;
+        self.count += added;
     }
 
     /// Whether it is to be worked off.

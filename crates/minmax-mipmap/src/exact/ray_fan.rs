@@ -120,6 +120,12 @@ impl MapFan {
         paths
     }
 
+    /// Start and step of one pixel's ray.
+    pub fn path_of(&self, [x, y]: [u32; 2]) -> [DVec3; 2] {
+        let at = |affine: &Affine| affine[0] + (affine[1] * f64::from(x) + affine[2] * f64::from(y));
+        [at(&self.start), at(&self.step)]
+    }
+
     /// The parts `[from, to]` of rays that lie inside of the map's rectangle, and before the centre of a perspective map:
     /// one stretch a ray, since the region is convex; `from ≥ to` where there is none.
     #[inline(always)]

@@ -18,7 +18,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, u32x16};
 
-use super::lanes::{Indices, Reals, transposed};
+use super::lanes::{Indices, Reals, transpose};
 use super::ray_fan::LANES;
 
 /// A segment as sixteen words; [`Word`] says which is what.
@@ -63,18 +63,25 @@ impl<S: Simd> Columns<S> {
     /// Of the segments with these numbers.
     #[inline(always)]
     pub fn gathered(simd: S, segments: &[Segment], numbers: &[u32]) -> Self {
-        let last = segments.len() - 1;
-        let numbers = &numbers[..LANES];
-        Self(transposed(std::array::from_fn(|lane| {
-            u32x16::from_slice(simd, &segments[(numbers[lane] as usize).min(last)])
-        })))
+        let (numbers, last) = (&numbers[..LANES], segments.len() - 1);
+        let mut rows = [u32x16::splat(simd, 0); LANES];
+        for lane in 0..LANES {
+            rows[lane] = u32x16::load_array_ref(simd, &segments[(numbers[lane] as usize).min(last)]);
+        }
+        transpose(&mut rows);
+        Self(rows)
     }
 
     /// Of the segments from a number on; the list must go on for sixteen.
     #[inline(always)]
     pub fn from(simd: S, segments: &[Segment], first: usize) -> Self {
-        let rows = &segments[first..][..LANES];
-        Self(transposed(std::array::from_fn(|lane| u32x16::from_slice(simd, &rows[lane]))))
+        let segments = &segments[first..][..LANES];
+        let mut rows = [u32x16::splat(simd, 0); LANES];
+        for lane in 0..LANES {
+            rows[lane] = u32x16::load_array_ref(simd, &segments[lane]);
+        }
+        transpose(&mut rows);
+        Self(rows)
     }
 
     /// A word that is a number.

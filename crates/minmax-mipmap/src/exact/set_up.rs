@@ -4,9 +4,14 @@
 //! every ray; a layer takes what lies in it and leaves the stretches before and behind. With one layer that is one stretch,
 //! with nested cascades it stays at two or three. What is left over in the end is lit.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, u32x16};
+
+use super::lanes::transpose;
 use super::layers::LayerTrees;
-use super::ray_fan::{LANES, MapFan, MapPaths, RayFan, Wide, clip_by, place_in_group};
+use super::ray_fan::{GROUP, LANES, MapFan, MapPaths, RayFan, Wide, clip_by, place_in_group};
 use super::segment::{Segment, Word};
+use super::slabs::{BlockBounds, Kind, Slabs};
 use crate::depth_codes::DepthCodes;
 
 /// Largest code that a segment may have at either end: beyond it its rounding in f32 is more than the margin of the nodes.
@@ -48,6 +53,17 @@ pub struct Leftover {
     pub part: [f64; 2],
 }
 
+/// Groups of a block of 8×8 pixels, one under the other.
+pub const GROUPS: usize = 4;
+
+/// Sixteen rays in one layer, and between which depths of the camera they are inside of it.
+#[derive(Debug, Clone, Copy)]
+struct Crossing {
+    paths: MapPaths,
+    from: Wide,
+    to: Wide,
+}
+
 /// Where the set-up puts what it finds; buffers are reused.
 #[derive(Debug, Clone, Default)]
 pub struct Found {
@@ -55,6 +71,9 @@ pub struct Found {
     pub segments: Vec<Vec<Segment>>,
     /// What goes the long way.
     pub leftovers: Vec<Leftover>,
+    /// Of the block that is being cut: `[layer][group]`, and `[layer]`.
+    crossings: Vec<Crossing>,
+    slabs: Vec<Slabs>,
     /// What is not covered yet, and what will be.
     open: Vec<Stretch>,
     next: Vec<Stretch>,
@@ -81,6 +100,29 @@ impl LayerFan {
     }
 }
 
+impl LayerFan {
+    /// Bounds of the rays of a block of pixels, first and last one: affine functions have them at the corners.
+    #[inline(always)]
+    fn bounds(&self, first: [u32; 2], last: [u32; 2]) -> BlockBounds {
+        let corners = [first, [last[0], first[1]], [first[0], last[1]], last];
+        let mut bounds = BlockBounds {
+            start: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
+            step: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
+        };
+        for corner in corners {
+            let [start, step] = self.fan.path_of(corner);
+            let codes = self.codes.of_ray([start.z, step.z]);
+            let values = [[start.x, step.x], [start.y, step.y], codes];
+            for (axis, [start, step]) in values.into_iter().enumerate() {
+                for (bound, value) in [(&mut bounds.start[axis], start), (&mut bounds.step[axis], step)] {
+                    *bound = [bound[0].min(value), bound[1].max(value)];
+                }
+            }
+        }
+        bounds
+    }
+}
+
 impl Found {
     /// Empties all lists, for a tile of that many pixels. Leaves room for twice as many segments a layer: which worker
     /// gets which tile is chance, and the second frame should allocate nothing.
@@ -98,13 +140,44 @@ impl Found {
         }
     }
 
-    /// Cuts the rays of the group of pixels from `(x, y)` on, whose numbers in the tile are given, from the eye to `ends`
-    /// (0 where there is no pixel), and calls `lit` for the stretches that no layer decides about.
+    /// Looks at the block of 8×8 pixels from `(x, y)` on as a whole: where its rays, which end at `ends`, are inside of
+    /// each layer, and which slabs of them are lit or dark.
     #[inline(always)]
-    pub fn cut(
+    pub fn look(&mut self, layers: &[LayerFan], trees: &LayerTrees, [x, y]: [u32; 2], ends: &[Wide; GROUPS]) {
+        self.crossings.clear();
+        self.slabs.clear();
+        for (layer, tree) in layers.iter().zip(trees.trees()) {
+            let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+            for (group, ends) in ends.iter().enumerate() {
+                let paths = layer.fan.paths([x, y + GROUP[1] * group as u32]);
+                let mut crossing = Crossing { paths, from: [0.0; LANES], to: *ends };
+                layer.fan.clip(&crossing.paths, &mut crossing.from, &mut crossing.to);
+                for lane in 0..LANES {
+                    let (from, to) = (crossing.from[lane], crossing.to[lane]);
+                    let crosses = from < to;
+                    first = first.min(if crosses { from } else { f64::INFINITY });
+                    last = last.max(if crosses { to } else { f64::NEG_INFINITY });
+                }
+                self.crossings.push(crossing);
+            }
+            let slabs = if layer.perspective || !(first < last) {
+                Slabs::UNKNOWN
+            } else {
+                let corner = [x + GROUP[0] - 1, y + GROUP[1] * GROUPS as u32 - 1];
+                Slabs::of(tree, layer.size, &layer.bounds([x, y], corner), [first, last])
+            };
+            self.slabs.push(slabs);
+        }
+    }
+
+    /// Cuts the rays of a group of the block that was looked at last, whose pixels have these numbers in the tile, from the
+    /// eye to `ends` (0 where there is no pixel), and calls `lit` for stretches that are lit as a whole.
+    #[inline(always)]
+    pub fn cut<S: Simd>(
         &mut self,
+        simd: S,
         layers: &[LayerFan],
-        place: [u32; 2],
+        group: usize,
         pixels: &[u32; LANES],
         ends: &Wide,
         mut lit: impl FnMut(&Stretch),
@@ -112,13 +185,18 @@ impl Found {
         self.open.clear();
         self.open.push([[0.0; LANES], *ends]);
         for (index, layer) in layers.iter().enumerate() {
-            let paths = layer.fan.paths(place);
-            let (mut from, mut to) = ([0.0; LANES], *ends);
-            layer.fan.clip(&paths, &mut from, &mut to);
+            let Crossing { paths, from, to } = &self.crossings[GROUPS * index + group];
+            let mut sink = Sink {
+                segments: &mut self.segments[index],
+                leftovers: &mut self.leftovers,
+                layer,
+                index,
+                paths,
+                pixels,
+            };
             self.next.clear();
-            for at in 0..self.open.len() {
-                let open = self.open[at];
-                let (mut inside, mut before, mut behind) = (open, open, open);
+            for open in &self.open {
+                let (mut inside, mut before, mut behind) = (*open, *open, *open);
                 for lane in 0..LANES {
                     let crosses = from[lane] < to[lane];
                     let (a, b) = (open[0][lane], open[1][lane]);
@@ -130,7 +208,21 @@ impl Found {
                     behind[0][lane] = last.max(a);
                 }
                 if is_any(&inside) {
-                    self.add(layer, index, &paths, pixels, &inside);
+                    for (kind, start, end) in self.slabs[index].iter() {
+                        if kind == Kind::Dark {
+                            continue;
+                        }
+                        let mut part = inside;
+                        let [from, to] = &mut part;
+                        for (from, to) in from.iter_mut().zip(to) {
+                            (*from, *to) = (from.max(start), to.min(end));
+                        }
+                        match kind {
+                            _ if !is_any(&part) => {}
+                            Kind::Lit => lit(&part),
+                            _ => sink.add(simd, &part),
+                        }
+                    }
                 }
                 for rest in [before, behind] {
                     if is_any(&rest) {
@@ -143,21 +235,37 @@ impl Found {
         self.open.iter().for_each(&mut lit);
     }
 
-    /// Adds the segments of a stretch inside of a layer.
+    /// Bytes that the lists hold.
+    pub fn memory_bytes(&self) -> u64 {
+        let segments = self.segments.iter().map(|list| list.capacity() * size_of::<Segment>()).sum::<usize>();
+        let lists = self.segments.capacity() * size_of::<Vec<Segment>>();
+        let stretches = (self.open.capacity() + self.next.capacity()) * size_of::<Stretch>();
+        let block =
+            self.crossings.capacity() * size_of::<Crossing>() + self.slabs.capacity() * size_of::<Slabs>();
+        (segments + lists + stretches + block + self.leftovers.capacity() * size_of::<Leftover>()) as u64
+    }
+}
+
+/// Where the segments of a group in one layer go.
+struct Sink<'a> {
+    segments: &'a mut Vec<Segment>,
+    leftovers: &'a mut Vec<Leftover>,
+    layer: &'a LayerFan,
+    index: usize,
+    paths: &'a MapPaths,
+    pixels: &'a [u32; LANES],
+}
+
+impl Sink<'_> {
+    /// Adds the segments of a stretch inside of the layer.
     #[inline(always)]
-    fn add(
-        &mut self,
-        layer: &LayerFan,
-        index: usize,
-        paths: &MapPaths,
-        pixels: &[u32; LANES],
-        stretch: &Stretch,
-    ) {
+    fn add<S: Simd>(&mut self, simd: S, stretch: &Stretch) {
+        let layer = self.layer;
         if !layer.perspective {
-            return self.write(layer, index, paths, pixels, stretch, Some(&layer.codes));
+            return self.write(simd, stretch, Some(&layer.codes));
         }
         // What is nearer to the lamp than the codes reach is a segment of its own, without codes.
-        let (depth, step) = (&paths.start[2], &paths.step[2]);
+        let (depth, step) = (&self.paths.start[2], &self.paths.step[2]);
         let (mut above, mut below, mut below_step) = (*depth, *depth, *step);
         for lane in 0..LANES {
             above[lane] = depth[lane] - layer.nearest;
@@ -170,109 +278,110 @@ impl Found {
         let [from, to] = &mut near;
         clip_by(&below, &below_step, true, from, to);
         if is_any(&far) {
-            self.write(layer, index, paths, pixels, &far, Some(&layer.codes));
+            self.write(simd, &far, Some(&layer.codes));
         }
         if is_any(&near) {
-            self.write(layer, index, paths, pixels, &near, None);
+            self.write(simd, &near, None);
         }
     }
 
+    /// Writes down the segments of the rays that have a part of the stretch. Loops over lanes without a branch, word by
+    /// word, then a transposition: a segment is a row.
     #[inline(always)]
-    fn write(
-        &mut self,
-        layer: &LayerFan,
-        index: usize,
-        paths: &MapPaths,
-        pixels: &[u32; LANES],
-        [from, to]: &Stretch,
-        codes: Option<&DepthCodes>,
-    ) {
+    fn write<S: Simd>(&mut self, simd: S, [from, to]: &Stretch, codes: Option<&DepthCodes>) {
+        let Self { layer, paths, pixels, .. } = *self;
         let zero = [0.0; LANES];
-        // Place, step and texels of columns and of rows; start, step and end.
-        let (mut place, mut step, mut texel, mut mirrored) =
-            ([zero; 2], [zero; 2], [zero; 2], [[false; LANES]; 2]);
-        let (mut depth, mut depth_step, mut code, mut code_step, mut end) = (zero, zero, zero, zero, zero);
+        // Depth, code and end; what u and v are divided by, and how the divisor bends their steps.
+        let (mut depth, mut code, mut rate, mut end, mut inverse, mut shear) =
+            (zero, zero, zero, zero, zero, zero);
+        let depth_step = &paths.step[2];
         let mut holds = [true; LANES];
+        let first_code = codes.map_or([0.0; 2], |codes| codes.of_ray([0.0, 1.0]));
         for lane in 0..LANES {
-            let s = from[lane];
-            let length = to[lane] - s;
-            let w = paths.start[2][lane] + s * paths.step[2][lane];
-            let w_step = paths.step[2][lane];
-            (depth[lane], depth_step[lane]) = (w, w_step);
-            let (inverse, coordinate) = if layer.perspective {
-                let inverse = 1.0 / w;
+            let length = to[lane] - from[lane];
+            let (w, w_step) = (paths.start[2][lane] + from[lane] * depth_step[lane], depth_step[lane]);
+            depth[lane] = w;
+            if layer.perspective {
                 let farthest = w + length * w_step;
+                inverse[lane] = 1.0 / w;
+                shear[lane] = w_step;
                 end[lane] = length / farthest;
-                holds[lane] &= w > 0.0 && farthest > 0.0 && farthest <= LONGEST_PERSPECTIVE * w;
-                (inverse, [-inverse, w_step * inverse])
+                code[lane] = first_code[0] - inverse[lane] * first_code[1];
+                rate[lane] = w_step * inverse[lane] * first_code[1];
+                holds[lane] &= (w > 0.0) & (farthest > 0.0) & (farthest <= LONGEST_PERSPECTIVE * w);
             } else {
+                inverse[lane] = 1.0;
                 end[lane] = length;
-                (1.0, [w, w_step])
-            };
-            let [start, rate] = codes.map_or([0.0; 2], |codes| codes.of_ray(coordinate));
-            (code[lane], code_step[lane]) = (start, rate);
-            let last = start + rate * end[lane];
-            holds[lane] &= start.abs() <= FARTHEST_CODE && last.abs() <= FARTHEST_CODE;
-            for axis in 0..2 {
-                let u = (paths.start[axis][lane] + s * paths.step[axis][lane]) * inverse;
-                let along = paths.step[axis][lane];
-                let slope = if layer.perspective { along - u * w_step } else { along };
-                let flips = slope < 0.0;
-                let (size, side) = (f64::from(layer.size[axis]), f64::from(layer.sides[axis]));
-                // Mirrored, a map that does not fill its side begins behind its start.
-                let (least, most) = if flips { (side - size, side - 1.0) } else { (0.0, size - 1.0) };
-                let at = if flips { side - u } else { u };
-                let first = at.floor().max(least).min(most);
-                texel[axis][lane] = first;
-                place[axis][lane] = (at - first).max(0.0).min(LARGEST_PLACE);
-                step[axis][lane] = slope.abs().min(STEEPEST);
-                mirrored[axis][lane] = flips;
-                holds[lane] &= at.is_finite() && slope.abs() <= STEEPEST;
+                code[lane] = first_code[0] + w * first_code[1];
+                rate[lane] = w_step * first_code[1];
             }
-            holds[lane] &= end[lane] <= STEEPEST && w.abs() <= STEEPEST && s <= STEEPEST;
+            let last = code[lane] + rate[lane] * end[lane];
+            holds[lane] &= (code[lane].abs() <= FARTHEST_CODE) & (last.abs() <= FARTHEST_CODE);
+            holds[lane] &= (end[lane] <= STEEPEST) & (w.abs() <= STEEPEST) & (from[lane] <= STEEPEST);
+        }
+        let mut words = [[0u32; LANES]; LANES];
+        for axis in 0..2 {
+            let (size, side) = (f64::from(layer.size[axis]), f64::from(layer.sides[axis]));
+            let (start, step) = (&paths.start[axis], &paths.step[axis]);
+            let [place_word, step_word, per_word] =
+                [Word::PlaceU, Word::StepU, Word::PerU].map(|word| word as usize + axis);
+            for lane in 0..LANES {
+                let u = (start[lane] + from[lane] * step[lane]) * inverse[lane];
+                let slope = step[lane] - u * shear[lane];
+                let flips = slope < 0.0;
+                // Mirrored, a map that does not fill its side begins behind its start.
+                let at = if flips { side - u } else { u };
+                let least = if flips { side - size } else { 0.0 };
+                let most = if flips { side - 1.0 } else { size - 1.0 };
+                let first = at.floor().max(least).min(most);
+                let place = (at - first).clamp(0.0, LARGEST_PLACE);
+                let slope = slope.abs();
+                let per = (1.0 / slope).min(STEEPEST);
+                // An integer below 2³² plus 2⁵² has it in its low bits: casts of f64 saturate, which is slow.
+                let index = (first + 4_503_599_627_370_496.0).to_bits() as u32;
+                words[Word::Texel as usize][lane] |= index << (16 * axis);
+                let flipped = if flips { layer.sides[axis] - 1 } else { 0 };
+                words[Word::Mirror as usize][lane] |= flipped << (16 * axis);
+                words[place_word][lane] = bits(place);
+                words[step_word][lane] = bits(slope.min(STEEPEST));
+                words[per_word][lane] = bits(per);
+                holds[lane] &= (at.abs() <= STEEPEST) & (slope <= STEEPEST);
+            }
         }
         for lane in 0..LANES {
-            if !(from[lane] < to[lane]) {
-                continue;
-            }
-            if !holds[lane] {
-                let (pixel, part) = (pixels[lane], [from[lane], to[lane]]);
-                self.leftovers.push(Leftover { pixel, layer: index as u32, part });
-                continue;
-            }
-            let bits = |value: f64| (value as f32).to_bits();
-            let rate = |slope: f64| (1.0 / slope).clamp(-STEEPEST, STEEPEST);
-            let flip = |axis: usize| if mirrored[axis][lane] { layer.sides[axis] - 1 } else { 0 };
-            let mut segment: Segment = [0; LANES];
-            let mut set = |word: Word, value: u32| segment[word as usize] = value;
-            set(Word::Texel, texel[0][lane] as u32 | (texel[1][lane] as u32) << 16);
-            set(Word::Mirror, flip(0) | flip(1) << 16);
-            set(Word::PlaceU, bits(place[0][lane]));
-            set(Word::PlaceV, bits(place[1][lane]));
-            set(Word::StepU, bits(step[0][lane]));
-            set(Word::StepV, bits(step[1][lane]));
-            set(Word::PerU, bits(rate(step[0][lane])));
-            set(Word::PerV, bits(rate(step[1][lane])));
-            set(Word::Code, bits(code[lane]));
-            set(Word::CodeStep, bits(code_step[lane]));
-            set(Word::End, bits(end[lane]));
             let rounded = f64::from(depth[lane] as f32);
-            set(Word::Depth, bits(rounded));
-            set(Word::DepthRest, bits(depth[lane] - rounded));
-            set(Word::PerDepth, bits(rate(depth_step[lane])));
-            set(Word::Pixel, pixels[lane]);
-            set(Word::Base, bits(from[lane]));
-            self.segments[index].push(segment);
+            words[Word::Code as usize][lane] = bits(code[lane]);
+            words[Word::CodeStep as usize][lane] = bits(rate[lane]);
+            words[Word::End as usize][lane] = bits(end[lane]);
+            words[Word::Depth as usize][lane] = bits(rounded);
+            words[Word::DepthRest as usize][lane] = bits(depth[lane] - rounded);
+            words[Word::PerDepth as usize][lane] =
+                bits((1.0 / depth_step[lane]).clamp(-STEEPEST, STEEPEST));
+            words[Word::Pixel as usize][lane] = pixels[lane];
+            words[Word::Base as usize][lane] = bits(from[lane]);
+        }
+        let mut rows = [u32x16::splat(simd, 0); LANES];
+        for (row, word) in rows.iter_mut().zip(&words) {
+            *row = u32x16::load_array_ref(simd, word);
+        }
+        transpose(&mut rows);
+        for lane in 0..LANES {
+            if from[lane] < to[lane] {
+                if holds[lane] {
+                    self.segments.push(rows[lane].to_array());
+                } else {
+                    let (pixel, part) = (pixels[lane], [from[lane], to[lane]]);
+                    self.leftovers.push(Leftover { pixel, layer: self.index as u32, part });
+                }
+            }
         }
     }
+}
 
-    /// Bytes that the lists hold.
-    pub fn memory_bytes(&self) -> u64 {
-        let segments = self.segments.iter().map(|list| list.capacity() * size_of::<Segment>()).sum::<usize>();
-        let lists = self.segments.capacity() * size_of::<Vec<Segment>>();
-        let stretches = (self.open.capacity() + self.next.capacity()) * size_of::<Stretch>();
-        (segments + lists + stretches + self.leftovers.capacity() * size_of::<Leftover>()) as u64
-    }
+/// The bits of a number rounded to f32.
+#[inline(always)]
+fn bits(value: f64) -> u32 {
+    (value as f32).to_bits()
 }
 
 /// Largest place in a texel that f32 tells from 1.

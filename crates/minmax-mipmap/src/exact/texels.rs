@@ -43,10 +43,14 @@ impl<'a> TexelView<'a> {
     #[inline(always)]
     fn fetch<S: Simd>(&self, simd: S, [i, j]: [Indices<S>; 2]) -> Reals<S> {
         let (i, j) = (i.min(index(simd, self.last[0])), j.min(index(simd, self.last[1])));
-        let at = (j * index(simd, self.width) + i).to_array();
-        let last = self.texels.len() - 1;
+        let at: u32x16<S> = (j * index(simd, self.width) + i).bitcast();
         // As u32: a map of more than 2³¹ texels wraps around to its right index.
-        Reals::load_array(simd, std::array::from_fn(|lane| self.texels[(at[lane] as u32 as usize).min(last)]))
+        let at = at.min(self.texels.len() as u32 - 1).to_array();
+        let mut texels = [0.0; LANES];
+        for lane in 0..LANES {
+            texels[lane] = self.texels[at[lane] as usize];
+        }
+        Reals::load_array(simd, texels)
     }
 }
 
@@ -63,11 +67,12 @@ pub fn look_closely<S: Simd>(
 ) -> usize {
     let count = blocks.len();
     while at < count && !runs.is_full() {
-        let mut groups: [Group<S>; TURNS] = std::array::from_fn(|turn| {
-            let first = (at + turn * LANES).min(count);
-            Group::new(simd, segments, blocks, first, lanes_until(simd, first, count))
-        });
-        let all = groups.map(|group| group.live);
+        let second = (at + LANES).min(count);
+        let all = [lanes_until(simd, at, count), lanes_until(simd, second, count)];
+        let mut groups: [Group<S>; TURNS] = [
+            Group::new(simd, segments, blocks, at, all[0]),
+            Group::new(simd, segments, blocks, second, all[1]),
+        ];
         loop {
             let mut live = false;
             for group in &mut groups {
@@ -111,7 +116,8 @@ impl<S: Simd> Group<S> {
     #[inline(always)]
     fn new(simd: S, segments: &[Segment], blocks: &Blocks, at: usize, live: Answers<S>) -> Self {
         let [numbers, texels] = blocks.sixteen(at);
-        let [from, to] = blocks.parts(at).map(|part| Reals::from_slice(simd, part));
+        let [from, to] = blocks.parts(at);
+        let (from, to) = (Reals::from_slice(simd, from), Reals::from_slice(simd, to));
         let columns = Columns::gathered(simd, segments, numbers);
         let texel = u32x16::from_slice(simd, texels);
         let per_depth = columns.real(Word::PerDepth);
@@ -133,14 +139,17 @@ impl<S: Simd> Group<S> {
         }
     }
 
+    /// Where the border behind the texel is on each ray.
+    #[inline(always)]
+    fn border(&self, axis: usize) -> Reals<S> {
+        let texels: Reals<S> = (self.texel[axis] + 1 - self.first[axis]).to_float();
+        (texels - self.place[axis]) * self.per[axis]
+    }
+
     #[inline(always)]
     fn step(&mut self, simd: S, view: &TexelView<'_>, runs: &mut Runs) {
         let surface = view.fetch(simd, [self.texel[0] ^ self.mirror[0], self.texel[1] ^ self.mirror[1]]);
-        let border = |axis: usize| {
-            let texels: Reals<S> = (self.texel[axis] + 1 - self.first[axis]).to_float();
-            (texels - self.place[axis]) * self.per[axis]
-        };
-        let borders = [border(0), border(1)];
+        let borders = [self.border(0), self.border(1)];
         let end = borders[0].min(borders[1]).min(self.end);
         let crossing = if view.perspective {
             // No surface is one so far away that the quotient is its limit.

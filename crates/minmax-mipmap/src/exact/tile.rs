@@ -19,14 +19,17 @@ use super::layers::LayerTrees;
 use super::packets::{PADDING, Packets, TreeView};
 use super::queues::{Blocks, Runs};
 use super::ray_fan::{GROUP, LANES, RayFan, place_in_group};
-use super::set_up::{Found, LayerFan, numbers_in_tile};
+use super::set_up::{Found, GROUPS, LayerFan, numbers_in_tile};
 use super::texels::{TexelView, look_closely};
 
 /// Pixels of a tile: segments of one are about a hundred kilobytes. Smaller tiles end more often with lanes that idle.
 pub const TILE: [u32; 2] = [64, 32];
 
-/// Where packets enter the mipmap: 512×512 texels.
+/// Where packets enter the mipmap of a perspective map: 512×512 texels.
 const START_LEVEL: u32 = 9;
+
+/// Where they enter that of a parallel map, whose slabs have been looked at: 64×64 texels.
+const START_LEVEL_OF_SLABS: u32 = 6;
 
 /// What all tiles of a frame read.
 pub struct Scene<'a> {
@@ -94,31 +97,38 @@ impl TileWork {
     fn set_up<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, size: [u32; 2]) {
         let Self { found, sums, lit_runs, .. } = self;
         let (frame, limit) = (scene.frame, scene.frame.max_distance());
-        for y in (0..size[1]).step_by(GROUP[1] as usize) {
+        for y in (0..size[1]).step_by(GROUP[1] as usize * GROUPS) {
             for x in (0..size[0]).step_by(GROUP[0] as usize) {
                 let place = [sums.origin[0] + x, sums.origin[1] + y];
-                let stretch = scene.fan.stretch(place);
-                let pixels = numbers_in_tile(TILE[0], [x, y]);
-                let mut ends = [0.0; LANES];
-                for lane in 0..LANES {
-                    let [column, row] = place_in_group(lane);
-                    sums.stretch[pixels[lane] as usize] = stretch[lane] as f32;
-                    if x + column < size[0] && y + row < size[1] {
-                        let depth = frame.depth().at(place[0] + column, place[1] + row);
-                        ends[lane] = f64::from(depth).min(limit) / stretch[lane];
-                    }
-                }
-                found.cut(scene.layers, place, &pixels, &ends, |[from, to]| {
-                    let (mut starts, mut lengths) = ([0.0f32; LANES], [0.0f32; LANES]);
+                let mut ends = [[0.0; LANES]; GROUPS];
+                for (group, ends) in ends.iter_mut().enumerate() {
+                    let below = group as u32 * GROUP[1];
+                    let stretch = scene.fan.stretch([place[0], place[1] + below]);
                     for lane in 0..LANES {
-                        if from[lane] < to[lane] {
-                            starts[lane] = from[lane] as f32;
-                            lengths[lane] = (to[lane] - from[lane]) as f32;
+                        let [column, row] = place_in_group(lane);
+                        let [column, row] = [column, row + below];
+                        sums.stretch[((y + row) * TILE[0] + x + column) as usize] = stretch[lane] as f32;
+                        if x + column < size[0] && y + row < size[1] {
+                            let depth = frame.depth().at(place[0] + column, place[1] + row);
+                            ends[lane] = f64::from(depth).min(limit) / stretch[lane];
                         }
                     }
-                    *lit_runs += LANES as u64;
-                    scene.integrand.add(simd, frame, &pixels, &starts, &lengths, LANES, sums);
-                });
+                }
+                found.look(scene.layers, scene.trees, place, &ends);
+                for (group, ends) in ends.iter().enumerate() {
+                    let pixels = numbers_in_tile(TILE[0], [x, y + group as u32 * GROUP[1]]);
+                    found.cut(simd, scene.layers, group, &pixels, ends, |[from, to]| {
+                        let (mut starts, mut lengths) = ([0.0f32; LANES], [0.0f32; LANES]);
+                        for lane in 0..LANES {
+                            if from[lane] < to[lane] {
+                                starts[lane] = from[lane] as f32;
+                                lengths[lane] = (to[lane] - from[lane]) as f32;
+                            }
+                        }
+                        *lit_runs += LANES as u64;
+                        scene.integrand.add(simd, frame, &pixels, &starts, &lengths, LANES, sums);
+                    });
+                }
             }
         }
     }
@@ -138,9 +148,9 @@ impl TileWork {
         }
         *all_segments += count as u64;
         segments.extend_from_slice(&PADDING);
-        let (tree_view, texel_view) =
-            (TreeView::new(tree, START_LEVEL), TexelView::new(&layer, tree.sides()));
         let perspective = layer.projection().is_perspective();
+        let start = if perspective { START_LEVEL } else { START_LEVEL_OF_SLABS };
+        let (tree_view, texel_view) = (TreeView::new(tree, start), TexelView::new(&layer, tree.sides()));
         let mut packets = Packets::new(simd);
         loop {
             let through = packets.advance(simd, &tree_view, segments, count, (blocks, runs));
