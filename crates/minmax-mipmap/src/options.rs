@@ -33,7 +33,7 @@ pub struct Options {
     pub edges: Edges,
     /// How often the gap between two slices that differ is halved, 0 to [`MOST_HALVINGS`]: 0 is the paper's.
     pub halvings: u32,
-    /// Relative difference of two slices' light that is interpolated over, where gaps are halved, 0.001 to 1.
+    /// Relative difference of two samples' or two slices' light that is interpolated over, 0.001 to 1.
     pub contrast: f32,
     /// One pixel in how many, along each axis, is found from slices: 1, 2 or 4.
     pub downscale: Downscale,
@@ -59,8 +59,8 @@ pub enum Mode {
 pub enum Edges {
     /// Where depth jumps between two samples (Yusov 2012, Section 6.2).
     Depth,
-    /// Also where a shadow's edge, as the slice's row has it, lies between the surfaces that two samples see. A look-up a
-    /// sample.
+    /// Also where a shadow's edge, as the slice's row has it, lies between the surfaces that two samples see (a look-up a
+    /// sample), and half way between two samples whose light differs by more than [`Options::contrast`], until none do.
     #[default]
     Row,
 }

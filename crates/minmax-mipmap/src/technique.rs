@@ -57,7 +57,8 @@ impl MinMaxMipmap {
         Self::with_simd(options, simd_level())
     }
 
-    /// With the instructions of a level: `Level::baseline()` uses nothing but what every CPU of the target has.
+    /// With the instructions of a level: `Level::baseline()` uses nothing but what every CPU of the target has. (Mode `slices`
+    /// takes those of the slice driver, [`simd_level`].)
     pub fn with_simd(options: Options, simd: Level) -> Self {
         Self {
             options,

@@ -58,7 +58,7 @@ static TABLE: OptionTable<Options> = OptionTable {
         ),
         option_row!(
             "contrast",
-            "relative difference of two slices' light that is interpolated over, where gaps are halved",
+            "relative difference of two samples' or two slices' light that is interpolated over",
             "",
             OptionRange::Real([0.001, 1.0]),
             contrast as f32

@@ -48,6 +48,8 @@ pub struct LineSamples {
     pub edges: Flags,
     /// Samples that are marched.
     pub marched: Flags,
+    /// Those of them that have not been marched yet.
+    pub fresh: Flags,
 }
 
 /// A bit a sample (Yusov 2012, Section 6.2).
@@ -96,6 +98,11 @@ impl Flags {
         Some(word * WORD + bits.trailing_zeros() as usize)
     }
 
+    /// The same ones as others.
+    fn copy_of(&mut self, other: &Self) {
+        self.0.clone_from(&other.0);
+    }
+
     /// Switches on what lies on both sides of the edges behind samples `edges`: they and the next ones, word by word.
     fn both_sides_of(&mut self, edges: &Self) {
         let mut carry = 0;
@@ -132,7 +139,7 @@ impl LineSamples {
                 buffer.reserve(count);
             }
         }
-        for flags in [&mut self.ends_lit, &mut self.edges, &mut self.marched] {
+        for flags in [&mut self.ends_lit, &mut self.edges, &mut self.marched, &mut self.fresh] {
             flags.reserve(count);
         }
     }
@@ -213,6 +220,7 @@ impl LineSamples {
     /// Has both sides of all edges marched.
     pub fn march_edges(&mut self) {
         self.marched.both_sides_of(&self.edges);
+        self.fresh.copy_of(&self.marched);
         // The last sample has nothing behind it.
         debug_assert!(self.marched.next(self.count).is_none());
     }
@@ -247,6 +255,28 @@ impl LineSamples {
             [false, false] => Kept::Lit,
             _ => Kept::Share,
         }
+    }
+
+    /// Has the middle marched of every stretch whose two ends differ by more than `contrast` of their shares, or of `floor`; returns
+    /// whether there are any.
+    pub fn march_contrasts(&mut self, contrast: f32, floor: f32, channels: usize) -> bool {
+        self.fresh.clear(self.count);
+        let (mut from, mut any) = (0, false);
+        while let Some([before, behind]) = self.next_stretch(from) {
+            let differs = self.shares[..channels].iter().any(|shares| {
+                let [a, b] = [shares[before], shares[behind]];
+                (a - b).abs() > contrast * (0.5 * (a + b)).max(floor)
+            });
+            if differs {
+                self.fresh.set((before + behind) / 2, true);
+                any = true;
+            }
+            from = behind;
+        }
+        for (marched, fresh) in self.marched.0.iter_mut().zip(&self.fresh.0) {
+            *marched |= fresh;
+        }
+        any
     }
 
     /// Calls `each` for the samples that are not marched and whose whole rays are asked for.
@@ -302,8 +332,10 @@ impl LineSamples {
     pub fn memory_bytes(&self) -> usize {
         let lists = [&self.shares, &self.lit, &self.whole];
         let values: usize = lists.iter().flat_map(|list| list.iter()).map(Vec::capacity).sum();
-        let flags: usize =
-            [&self.ends_lit, &self.edges, &self.marched].iter().map(|flags| flags.0.capacity()).sum();
+        let flags: usize = [&self.ends_lit, &self.edges, &self.marched, &self.fresh]
+            .iter()
+            .map(|flags| flags.0.capacity())
+            .sum();
         4 * (values + self.ends.capacity()) + 8 * flags + self.rays.capacity() * size_of::<SliceRay>()
     }
 }

@@ -214,23 +214,30 @@ impl SamplingPass<'_> {
     fn march(&self, slice: &SliceView<'_>, march: &mut SliceMarch, samples: &mut LineSamples) {
         let (channels, simd) = (self.channels, self.scene.simd);
         let white = self.scene.frame.texture().is_none();
-        march.clear();
-        let mut next = samples.marched.next(0);
-        while let Some(index) = next {
-            let reached = march.ray(slice, self.options.tree, self.light, &samples.rays[index]);
-            samples.ends_lit.set(index, reached);
-            next = samples.marched.next(index + 1);
-        }
-        march.sums.finish(self.light, simd, true);
-        let (mut next, mut ray) = (samples.marched.next(0), 0);
-        while let Some(index) = next {
-            for channel in 0..channels {
-                let [lit, whole] = march.sums.light(ray, channel, channels);
-                samples.lit[channel][index] = lit;
-                samples.whole[channel][index] = whole;
-                samples.shares[channel][index] = march.sums.share(ray, channel, channels, white);
+        loop {
+            march.clear();
+            let mut next = samples.fresh.next(0);
+            while let Some(index) = next {
+                let reached = march.ray(slice, self.options.tree, self.light, &samples.rays[index]);
+                samples.ends_lit.set(index, reached);
+                next = samples.fresh.next(index + 1);
             }
-            (next, ray) = (samples.marched.next(index + 1), ray + 1);
+            march.sums.finish(self.light, simd, true);
+            let (mut next, mut ray) = (samples.fresh.next(0), 0);
+            while let Some(index) = next {
+                for channel in 0..channels {
+                    let [lit, whole] = march.sums.light(ray, channel, channels);
+                    samples.lit[channel][index] = lit;
+                    samples.whole[channel][index] = whole;
+                    samples.shares[channel][index] = march.sums.share(ray, channel, channels, white);
+                }
+                (next, ray) = (samples.fresh.next(index + 1), ray + 1);
+            }
+            // A shadow that begins or ends between two samples, whatever casts it, shows in what they see.
+            let Options { edges, contrast, .. } = *self.options;
+            if edges == Edges::Depth || !samples.march_contrasts(contrast, FLOOR, channels) {
+                break;
+            }
         }
         // Of the others, those that need it are asked for what they would have without a shadow.
         march.clear();
@@ -316,7 +323,7 @@ impl SamplingPass<'_> {
 }
 
 /// Part of a slice's samples that may differ from the next slice's.
-const DIFFERING: usize = 128;
+const DIFFERING: usize = 256;
 
 /// Share of a ray's light below which differences are measured against it.
 const FLOOR: f32 = 0.01;
