@@ -15,7 +15,10 @@ use super::ray_fan::LANES;
 use super::segment::{Segment, Word};
 
 /// What is added up.
-#[expect(clippy::large_enum_variant, reason = "one a frame, on the stack: a box would be an allocation a frame")]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one a frame, on the stack: a box would be an allocation a frame"
+)]
 pub enum Integrand<'a> {
     /// Lit lengths under a sun in a uniform medium; RGB extinction.
     Lengths {

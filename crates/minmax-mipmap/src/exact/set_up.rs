@@ -355,8 +355,7 @@ impl Sink<'_> {
             words[Word::End as usize][lane] = bits(end[lane]);
             words[Word::Depth as usize][lane] = bits(rounded);
             words[Word::DepthRest as usize][lane] = bits(depth[lane] - rounded);
-            words[Word::PerDepth as usize][lane] =
-                bits((1.0 / depth_step[lane]).clamp(-STEEPEST, STEEPEST));
+            words[Word::PerDepth as usize][lane] = bits((1.0 / depth_step[lane]).clamp(-STEEPEST, STEEPEST));
             words[Word::Pixel as usize][lane] = pixels[lane];
             words[Word::Base as usize][lane] = bits(from[lane]);
         }

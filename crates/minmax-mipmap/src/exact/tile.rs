@@ -18,7 +18,7 @@ use super::integrate::{Integrand, TileSums};
 use super::layers::LayerTrees;
 use super::packets::{PADDING, Packets, TreeView};
 use super::queues::{Blocks, Runs};
-use super::ray_fan::{GROUP, LANES, RayFan, place_in_group};
+use super::ray_fan::{GROUP, LANES, RayFan};
 use super::set_up::{Found, GROUPS, LayerFan, numbers_in_tile};
 use super::texels::{TexelView, look_closely};
 
@@ -97,20 +97,28 @@ impl TileWork {
     fn set_up<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, size: [u32; 2]) {
         let Self { found, sums, lit_runs, .. } = self;
         let (frame, limit) = (scene.frame, scene.frame.max_distance());
+        let width = frame.size()[0] as usize;
         for y in (0..size[1]).step_by(GROUP[1] as usize * GROUPS) {
             for x in (0..size[0]).step_by(GROUP[0] as usize) {
                 let place = [sums.origin[0] + x, sums.origin[1] + y];
                 let mut ends = [[0.0; LANES]; GROUPS];
                 for (group, ends) in ends.iter_mut().enumerate() {
-                    let below = group as u32 * GROUP[1];
-                    let stretch = scene.fan.stretch([place[0], place[1] + below]);
-                    for lane in 0..LANES {
-                        let [column, row] = place_in_group(lane);
-                        let [column, row] = [column, row + below];
-                        sums.stretch[((y + row) * TILE[0] + x + column) as usize] = stretch[lane] as f32;
-                        if x + column < size[0] && y + row < size[1] {
-                            let depth = frame.depth().at(place[0] + column, place[1] + row);
-                            ends[lane] = f64::from(depth).min(limit) / stretch[lane];
+                    let first_row = y + group as u32 * GROUP[1];
+                    let stretch = scene.fan.stretch([place[0], sums.origin[1] + first_row]);
+                    for row in 0..GROUP[1] {
+                        let lanes = (row * GROUP[0]) as usize..((row + 1) * GROUP[0]) as usize;
+                        let in_tile = ((first_row + row) * TILE[0] + x) as usize;
+                        for (kept, value) in sums.stretch[in_tile..].iter_mut().zip(&stretch[lanes.clone()]) {
+                            *kept = *value as f32;
+                        }
+                        if first_row + row < size[1] {
+                            let at = (sums.origin[1] + first_row + row) as usize * width + place[0] as usize;
+                            let count = (size[0] - x).min(GROUP[0]) as usize;
+                            let depths = &frame.depth().texels()[at..][..count];
+                            let ends = ends[lanes.clone()].iter_mut();
+                            for ((end, depth), stretch) in ends.zip(depths).zip(&stretch[lanes]) {
+                                *end = f64::from(*depth).min(limit) / stretch;
+                            }
                         }
                     }
                 }
@@ -241,10 +249,8 @@ impl TileWork {
                         }
                     }
                 }
-                for lane in 0..count {
-                    inscattered[first + lane] = [radiance[0][lane], radiance[1][lane], radiance[2][lane]];
-                    transmittance[first + lane] = [through[0][lane], through[1][lane], through[2][lane]];
-                }
+                write_pixels(&radiance, &mut inscattered[first..][..count]);
+                write_pixels(&through, &mut transmittance[first..][..count]);
             }
         }
     }
@@ -256,5 +262,14 @@ impl TileWork {
             + self.runs.memory_bytes()
             + self.sums.memory_bytes()
             + size_of::<Self>() as u64
+    }
+}
+
+/// Channel by channel to pixel by pixel.
+#[inline(always)]
+fn write_pixels(channels: &[[f32; LANES]; 3], pixels: &mut [[f32; 3]]) {
+    let [red, green, blue] = channels;
+    for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
+        *pixel = [*red, *green, *blue];
     }
 }
