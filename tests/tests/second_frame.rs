@@ -16,12 +16,16 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SIZES: [[u32; 2]; 2] = [[67, 45], [481, 35]];
 
 /// Every technique's options that need buffers of their own, by its id.
-const OPTIONS: [(&str, &[(&str, &str)]); 5] = [
+const OPTIONS: [(&str, &[(&str, &str)]); 9] = [
     ("raymarch", &[("steps", "33"), ("jitter", "1")]),
     ("epipolar", &[("cells", "box"), ("rank", "8")]),
     ("epipolar", &[("integrator", "tree"), ("around", "ring")]),
     ("epipolar", &[("integrator", "cursor"), ("cells", "modes")]),
     ("epipolar", &[("integrator", "sweep"), ("resampling", "rectified")]),
+    ("minmax-mipmap", &[("mode", "sampling"), ("edges", "row")]),
+    ("minmax-mipmap", &[("mode", "sampling"), ("downscale", "2"), ("tree", "chen")]),
+    ("minmax-mipmap", &[("mode", "sampling"), ("refinement", "0.001"), ("slices", "100")]),
+    ("minmax-mipmap", &[("mode", "slices"), ("slices", "200")]),
 ];
 
 /// What renders a picture: the exact walk and every technique in each of its ways, with names; a wide picture

@@ -6,6 +6,9 @@
 //!
 //! ```text
 //! exact   MinMaxTree of each layer ──▶ view rays cut by the layers ──▶ descent ──▶ lit intervals ──▶ image
+//!
+//! slices     SliceRow with its tree, of each epipolar slice ──▶ a ray's lit runs ──▶ shares of its light
+//! sampling   samples along slices ──▶ some marched, the others interpolated ──▶ pixels between slices ──▶ image
 //! ```
 //!
 //! # Exact mode
@@ -13,17 +16,27 @@
 //! A quadtree over the whole map, traversed by every pixel's **own** ray; crossings with borders and with texels are solved,
 //! so that the lit intervals are those of the exact walk through the map, and each is integrated in closed form. All lights,
 //! maps, cameras and media of the model.
+//!
+//! # Modes on slices
+//!
+//! All view rays of an epipolar slice cross the same row of texels, so a binary tree over that row serves them all ([`slices`]).
+//! Mode `slices` marches every pixel's ray through the trees of its two slices; mode `sampling` is epipolar sampling
+//! ([`sampling`]): a few rays a slice, and interpolation. Both need an eye: orthographic cameras are refused. Interpolation promises
+//! no error; what it misses is thinner than the gap between two slices, or between two samples, that agree.
 
 mod depth_codes;
 mod exact;
 mod options;
+pub mod sampling;
+pub mod slices;
 mod technique;
 mod tool;
 mod tree;
 
 pub use depth_codes::DepthCodes;
 pub use exact::Exact;
-pub use options::{ID, Mode, Options};
-pub use technique::{CAPABILITIES, MinMaxMipmap};
+pub use options::{Downscale, Edges, ID, MOST_HALVINGS, Mode, Options};
+pub use sampling::Sampling;
+pub use technique::{CAPABILITIES, MinMaxMipmap, SLICES_CAPABILITIES};
 pub use tool::{MinMaxMipmapTechnique, TECHNIQUE};
 pub use tree::{MinMaxTree, Node};

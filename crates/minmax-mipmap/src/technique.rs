@@ -5,8 +5,12 @@ use scatter_core::{
     PhaseKind, RenderError, RenderStats, ScatterImage, VolumetricShadow, simd_level,
 };
 
+use epipolar::driver::{SliceDriver, SliceSettings};
+
 use crate::exact::Exact;
 use crate::options::{ID, Mode, Options};
+use crate::sampling::{Sampling, spacing_of};
+use crate::slices::TreeIntegrator;
 
 /// What exact mode renders: all of the model but lamps in height fog.
 pub const CAPABILITIES: Capabilities = Capabilities {
@@ -29,6 +33,10 @@ pub const CAPABILITIES: Capabilities = Capabilities {
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: MAX_CASCADES, layer_texels: u64::MAX },
 };
 
+/// What the modes on slices render: slices need an eye, and the closed form of lamps is measured to |g| = 0.99.
+pub const SLICES_CAPABILITIES: Capabilities =
+    Capabilities { height_fog: &[LightKind::Directional], ..epipolar::CAPABILITIES };
+
 /// Volumetric shadows by min/max mipmaps of the shadow map (Chen et al. 2011, Yusov 2012, and what goes beyond them:
 /// the crate's page).
 ///
@@ -38,6 +46,8 @@ pub const CAPABILITIES: Capabilities = Capabilities {
 pub struct MinMaxMipmap {
     options: Options,
     exact: Exact,
+    slices: SliceDriver<TreeIntegrator>,
+    sampling: Sampling,
 }
 
 impl MinMaxMipmap {
@@ -47,9 +57,15 @@ impl MinMaxMipmap {
         Self::with_simd(options, simd_level())
     }
 
-    /// With the instructions of a level: `Level::baseline()` uses nothing but what every CPU of the target has.
+    /// With the instructions of a level: `Level::baseline()` uses nothing but what every CPU of the target has. (Mode `slices`
+    /// takes those of the slice driver, [`simd_level`].)
     pub fn with_simd(options: Options, simd: Level) -> Self {
-        Self { options, exact: Exact::new(simd) }
+        Self {
+            options,
+            exact: Exact::new(simd),
+            slices: SliceDriver::new(TreeIntegrator::new(options.tree)),
+            sampling: Sampling::new(simd),
+        }
     }
 }
 
@@ -59,13 +75,21 @@ impl VolumetricShadow for MinMaxMipmap {
     }
 
     fn capabilities(&self) -> Capabilities {
-        CAPABILITIES
+        match self.options.mode {
+            Mode::Exact => CAPABILITIES,
+            Mode::Slices | Mode::Sampling => SLICES_CAPABILITIES,
+        }
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
         self.supports(frame)?;
         match self.options.mode {
             Mode::Exact => Ok(self.exact.render(frame, out)),
+            Mode::Slices => {
+                let spacing = spacing_of(frame.size(), self.options.slices);
+                Ok(self.slices.render(frame, &SliceSettings::even(spacing), out))
+            }
+            Mode::Sampling => Ok(self.sampling.render(frame, &self.options, out)),
         }
     }
 }

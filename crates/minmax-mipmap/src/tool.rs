@@ -1,16 +1,83 @@
 //! The technique as tools see it: its options as a table, its choice for a target, and its ladder of settings.
 
 use scatter_core::{
-    Choice, Configurable, MemoryBound, OptionError, OptionTable, Rounding, SceneFacts, Target, TechniqueInfo,
-    VolumetricShadow, option_row,
+    Choice, Configurable, MemoryBound, OptionError, OptionRange, OptionTable, Rounding, SceneFacts, Target,
+    TechniqueInfo, VolumetricShadow, option_row,
 };
 
-use crate::options::{ID, Mode, Options};
+use crate::options::{Downscale, Edges, ID, MOST_HALVINGS, Mode, Options};
+use crate::slices::TreeKind;
 use crate::technique::{CAPABILITIES, MinMaxMipmap};
 
 static TABLE: OptionTable<Options> = OptionTable {
     technique: ID,
-    rows: &[option_row!("mode", "how pixels are answered; exact: each by its own ray", Mode, mode)],
+    rows: &[
+        option_row!(
+            "mode",
+            "how pixels are answered; exact: each by its own ray; all other options are those of the two other modes",
+            Mode,
+            mode
+        ),
+        option_row!("tree", "the min/max tree over a slice's row of texels", TreeKind, tree),
+        option_row!("slices", "slices of a frame", "", OptionRange::Whole([24, 16384]), slices as u32),
+        option_row!(
+            "samples",
+            "samples of a slice, or as many as it has pixels along it",
+            "",
+            OptionRange::Whole([2, 8192]),
+            samples as u32
+        ),
+        option_row!(
+            "initial",
+            "one sample in how many is marched to begin with",
+            "",
+            OptionRange::Whole([1, 512]),
+            initial as u32
+        ),
+        option_row!(
+            "density",
+            "how many times as many are marched near the epipole",
+            "",
+            OptionRange::Whole([1, 64]),
+            density as u32
+        ),
+        option_row!(
+            "refinement",
+            "relative difference of depths over which nothing is interpolated",
+            "",
+            OptionRange::Real([0.001, 10.0]),
+            refinement as f32
+        ),
+        option_row!("edges", "at which edges further samples are marched", Edges, edges),
+        option_row!(
+            "halvings",
+            "how often the gap between two slices that differ is halved",
+            "",
+            OptionRange::Whole([0, MOST_HALVINGS as u64]),
+            halvings as u32
+        ),
+        option_row!(
+            "contrast",
+            "relative difference of two samples' or two slices' light that is interpolated over",
+            "",
+            OptionRange::Real([0.001, 1.0]),
+            contrast as f32
+        ),
+        option_row!(
+            "downscale",
+            "one pixel in how many, along each axis, is found from slices",
+            Downscale,
+            downscale
+        ),
+        option_row!(
+            "correction",
+            "whether pixels that no sample serves are marched",
+            "",
+            OptionRange::choice::<Correction>(),
+            |options| Correction(options.correction).into(),
+            |options, value| options.correction = value.choice::<Correction>().0
+        ),
+    ],
 };
 
 static INFO: TechniqueInfo = TechniqueInfo {
@@ -55,12 +122,26 @@ impl Configurable for MinMaxMipmapTechnique {
 
     fn choose(
         &self,
-        _target: Target,
-        _overrides: &[(&str, &str)],
+        target: Target,
+        overrides: &[(&str, &str)],
         _facts: &SceneFacts,
     ) -> Result<Options, OptionError> {
         // Exact is no dearer than an approximation but in foliage, and keeps every level and every promise.
-        Ok(Options::default())
+        match target {
+            Target::Quality(level) => Ok(Options::for_quality(level)),
+            Target::Error(_) => {
+                let mode = overrides.iter().rfind(|(key, _)| *key == "mode");
+                match mode.filter(|(_, value)| *value != "exact") {
+                    None => Ok(Options::default()),
+                    Some((_, value)) => Err(OptionError::BadValue {
+                        technique: ID,
+                        key: "mode",
+                        value: (*value).into(),
+                        range: "exact: interpolation between slices promises no error".into(),
+                    }),
+                }
+            }
+        }
     }
 
     fn instance(&self, options: Options) -> Box<dyn VolumetricShadow> {
@@ -82,6 +163,34 @@ impl Options {
 
 impl Choice for Mode {
     fn names() -> Vec<(&'static str, Self)> {
-        vec![("exact", Self::Exact)]
+        vec![("exact", Self::Exact), ("sampling", Self::Sampling), ("slices", Self::Slices)]
+    }
+}
+
+impl Choice for TreeKind {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("yusov", Self::Yusov), ("chen", Self::Chen), ("none", Self::None)]
+    }
+}
+
+impl Choice for Edges {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("depth", Self::Depth), ("row", Self::Row)]
+    }
+}
+
+impl Choice for Downscale {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("1", Self::One), ("2", Self::Two), ("4", Self::Four)]
+    }
+}
+
+/// Whether pixels that no sample serves are marched.
+#[derive(Clone, Copy, PartialEq)]
+struct Correction(bool);
+
+impl Choice for Correction {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("on", Self(true)), ("off", Self(false))]
     }
 }

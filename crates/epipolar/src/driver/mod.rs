@@ -18,6 +18,7 @@ mod slice_view;
 mod spacing;
 mod surfaces;
 
+pub use borders::Borders;
 pub use pass::Resampling;
 pub use queries::{OpenQueries, SliceQueries};
 pub use refinement::{MOST_HALVINGS, Refinement};
@@ -29,5 +30,4 @@ pub use slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup};
 pub use slice_view::{SliceAngles, SliceLight, SliceScene, SliceView};
 pub use spacing::{ErrorTarget, SpacingEstimate};
 
-pub(crate) use borders::Borders;
 pub(crate) use pixels_between::{Offsets, PixelsBetween};

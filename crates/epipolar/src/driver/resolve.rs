@@ -44,20 +44,28 @@ impl<'a> Resolve<'a> {
                 ends[lane] = depth[x + lane].min(limit);
             }
             let through = transmittances_of_pixels_f32(self.frame.setup(), (x as u32, y), &ends);
-            let mut radiance =
-                self.light.whole_rays(self.simd, self.frame.setup(), (x as u32, y), &ends, &through);
-            let mut left_out = 0u32;
+            let mut shares = [[1.0f32; LANES]; 3];
+            let (mut left_out, mut is_dark) = (0u32, false);
             if let Some((slots, channels)) = self.shares {
-                let mut shares = [1.0f32; LANES];
-                for (channel, values) in radiance.iter_mut().enumerate() {
-                    if channel < channels {
-                        slots.read(first_pixel + x, channel, &mut shares[..lanes]);
-                        for (lane, &share) in shares.iter().enumerate() {
-                            left_out |= u32::from(share < 0.0) << lane;
-                        }
+                for (channel, shares) in shares[..channels].iter_mut().enumerate() {
+                    slots.read(first_pixel + x, channel, &mut shares[..lanes]);
+                    for (lane, &share) in shares.iter().enumerate() {
+                        left_out |= u32::from(share < 0.0) << lane;
                     }
-                    for lane in 0..LANES {
-                        values[lane] *= shares[lane];
+                }
+                for channel in channels..3 {
+                    shares[channel] = shares[0];
+                }
+                is_dark = shares.iter().all(|shares| shares[..lanes].iter().all(|&share| share == 0.0));
+            }
+            // Most of an indoor picture: nothing times whatever there would be.
+            let mut radiance = [[0.0f32; LANES]; 3];
+            if !is_dark {
+                radiance =
+                    self.light.whole_rays(self.simd, self.frame.setup(), (x as u32, y), &ends, &through);
+                for (values, shares) in radiance.iter_mut().zip(&shares) {
+                    for (value, share) in values.iter_mut().zip(shares) {
+                        *value *= share;
                     }
                 }
             }

@@ -100,9 +100,13 @@ impl SliceSet {
     ///
     /// Allocates only where an image is larger or a spacing finer than all before.
     pub fn distribute(&mut self, epipole: &Epipole, size: [u32; 2], spacing: f64) {
+        self.reserve(size, spacing);
+        self.lay(epipole, size, spacing);
+    }
+
+    fn lay(&mut self, epipole: &Epipole, size: [u32; 2], spacing: f64) {
         self.fans.clear();
         self.slices.clear();
-        self.reserve(size, spacing);
         each_fan(epipole, size, |edge, range| self.add_fan(epipole, edge, range, spacing));
     }
 
@@ -123,7 +127,10 @@ impl SliceSet {
             });
             if taken <= count { coarse = middle } else { fine = middle }
         }
-        self.distribute(epipole, size, coarse);
+        // No more than were asked for, but for the two of every fan: room that does not depend on where the epipole is.
+        self.slices.reserve(count.max(2 * MOST_FANS).saturating_sub(self.slices.len()));
+        self.fans.reserve(MOST_FANS.saturating_sub(self.fans.len()));
+        self.lay(epipole, size, coarse);
         coarse
     }
 
