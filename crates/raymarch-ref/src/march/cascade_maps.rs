@@ -2,8 +2,8 @@
 //!
 //! A cascade is a prism along the light, so each ray of a packet is inside of it in one interval. From where the first
 //! ray enters to where the last one does, and likewise where they leave, rays are in different maps; between these
-//! few steps all of them look into one map, as if there were no other. Looking for the map at every sample instead
-//! made a march of 128 steps with four cascades 2.2 to 2.8 times as slow as one with one map of as many texels.
+//! few steps all of them look into one map, as if there were no other. Looking for the map at every sample instead took
+//! 1.2 times as long (128 steps, four cascades; the same bits).
 
 use fearless_simd::prelude::*;
 use scatter_core::{MAX_CASCADES, ShadowLayer};

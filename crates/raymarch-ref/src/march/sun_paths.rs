@@ -1,5 +1,5 @@
 //! Where the rays of a packet run through one map of a sun: in f64, number by number, so that sixteen rays are set up
-//! side by side. One at a time they took as long as a third of a march of 128 steps with four cascades.
+//! side by side.
 
 use glam::DVec3;
 use scatter_core::{MapProjection, ViewRay};
