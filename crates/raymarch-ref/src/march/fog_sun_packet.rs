@@ -230,10 +230,11 @@ mod tests {
         }
     }
 
-    fn shares<V: Copy>(march: &FogSunMarch<'_>, visibility: V, level: Level) -> [[f32; LANES]; 3]
-    where
-        V: for<'a> Shares<'a>,
-    {
+    fn shares<V: for<'a> Shares<'a>>(
+        march: &FogSunMarch<'_>,
+        visibility: V,
+        level: Level,
+    ) -> [[f32; LANES]; 3] {
         visibility.of(march, level)
     }
 

@@ -93,10 +93,10 @@ impl SunPaths {
             origin[lane] = (0.5 * (self.from[lane] + self.to[lane]) / self.step[lane]).floor() + 0.5;
             on_ray[lane] = origin[lane] * self.step[lane];
         }
-        for lane in 0..LANES {
+        lanes.origin = std::array::from_fn(|lane| {
             let crosses = self.from[lane] < self.to[lane] && self.step[lane] != 0.0;
-            lanes.origin[lane] = if crosses { origin[lane] as f32 } else { 0.0 };
-        }
+            if crosses { origin[lane] as f32 } else { 0.0 }
+        });
         // Without a length all samples are the start itself, and weigh nothing; others are outside.
         let elsewhere = self.step.map(|step| if step == 0.0 { 0.0 } else { -1.0 });
         for axis in 0..3 {
