@@ -9,6 +9,7 @@
 //! steps are not spent in the dark and endless rays can be marched.
 
 mod angle_span;
+mod cascade_maps;
 mod fog_lamp_lanes;
 mod fog_sun_packet;
 mod fog_window;
@@ -19,6 +20,7 @@ mod options;
 mod packet;
 mod plan;
 mod sun_packet;
+mod sun_paths;
 
 use scatter_core::{
     Capabilities, Frame, Level, Limits, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts,

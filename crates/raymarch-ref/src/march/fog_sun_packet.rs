@@ -160,42 +160,48 @@ impl Block<'_> {
         let mut density = load(simd, &self.density.map(|density| density as f32));
         let zero = [splat(simd, 0.0); CHANNELS];
         let (mut lit_sum, mut sum) = (zero, zero);
-        for step in self.steps[0]..self.steps[1] {
-            let at = if PLAIN || march.seeds.is_none() {
-                splat(simd, step as f32 + 0.5)
-            } else {
-                hashed(simd, seeds, step) + step as f32
-            };
-            let samples = SunSamples { index: at };
-            let lit = one_where(simd, visibility.lit(simd, samples));
-            let colours = match march.texture {
-                Some(texture) if !PLAIN => Some(texture.colour(simd, samples)),
-                _ => None,
-            };
-            for channel in 0..CHANNELS {
-                let x = density * depth[channel];
-                let mut p = splat(simd, 1.0 / 120.0);
-                for coefficient in [-1.0 / 24.0, 1.0 / 6.0, -0.5, 1.0] {
-                    p = p.mul_add(x, splat(simd, coefficient));
-                }
-                let mut weight = through[channel] * (density * p);
-                let mut after = through[channel] - weight * depth[channel];
-                if !THIN {
-                    let left = exp(simd, -x);
-                    let is_short = x.simd_lt(splat(simd, SHORT as f32));
-                    let long = through[channel] * ((splat(simd, 1.0) - left) / depth[channel]);
-                    weight = is_short.select(weight, long);
-                    after = is_short.select(after, through[channel] * left);
-                }
-                through[channel] = after;
-                sum[channel] += weight;
-                let seen = match &colours {
-                    Some(colours) => lit * colours[channel],
-                    None => lit,
+        let mut first = self.steps[0];
+        while first < self.steps[1] {
+            let (visibility, [_, after]) = visibility.stretch(first);
+            let after = after.min(self.steps[1]);
+            for step in first..after {
+                let at = if PLAIN || march.seeds.is_none() {
+                    splat(simd, step as f32 + 0.5)
+                } else {
+                    hashed(simd, seeds, step) + step as f32
                 };
-                lit_sum[channel] = weight.mul_add(seen, lit_sum[channel]);
+                let samples = SunSamples { index: at };
+                let lit = one_where(simd, visibility.lit(simd, samples));
+                let colours = match march.texture {
+                    Some(texture) if !PLAIN => Some(texture.colour(simd, samples)),
+                    _ => None,
+                };
+                for channel in 0..CHANNELS {
+                    let x = density * depth[channel];
+                    let mut p = splat(simd, 1.0 / 120.0);
+                    for coefficient in [-1.0 / 24.0, 1.0 / 6.0, -0.5, 1.0] {
+                        p = p.mul_add(x, splat(simd, coefficient));
+                    }
+                    let mut weight = through[channel] * (density * p);
+                    let mut after = through[channel] - weight * depth[channel];
+                    if !THIN {
+                        let left = exp(simd, -x);
+                        let is_short = x.simd_lt(splat(simd, SHORT as f32));
+                        let long = through[channel] * ((splat(simd, 1.0) - left) / depth[channel]);
+                        weight = is_short.select(weight, long);
+                        after = is_short.select(after, through[channel] * left);
+                    }
+                    through[channel] = after;
+                    sum[channel] += weight;
+                    let seen = match &colours {
+                        Some(colours) => lit * colours[channel],
+                        None => lit,
+                    };
+                    lit_sum[channel] = weight.mul_add(seen, lit_sum[channel]);
+                }
+                density *= rate;
             }
-            density *= rate;
+            first = after;
         }
         (lit_sum, sum)
     }

@@ -118,7 +118,7 @@ impl<'a, T: Copy> Grid<'a, T> {
 
     /// Indices of the texels at `(u, v)`, clamped to the last column and row; coordinates above −1 count as 0.
     #[inline(always)]
-    fn index<S: Simd>(&self, simd: S, u: Lanes<S>, v: Lanes<S>) -> i32x16<S> {
+    pub fn index<S: Simd>(&self, simd: S, u: Lanes<S>, v: Lanes<S>) -> i32x16<S> {
         let column: i32x16<S> = u.min(splat(simd, self.last[0])).to_int();
         let row: i32x16<S> = v.min(splat(simd, self.last[1])).to_int();
         match self.shift {
@@ -137,7 +137,7 @@ impl<'a, T: Copy> Grid<'a, T> {
 
     /// Whether `(u, v)` lies on the map (half-open).
     #[inline(always)]
-    fn contains<S: Simd>(&self, simd: S, u: Lanes<S>, v: Lanes<S>, unit: Lanes<S>) -> LaneMask<S> {
+    pub fn contains<S: Simd>(&self, simd: S, u: Lanes<S>, v: Lanes<S>, unit: Lanes<S>) -> LaneMask<S> {
         let zero = splat(simd, 0.0);
         u.simd_ge(zero)
             & v.simd_ge(zero)
@@ -147,14 +147,22 @@ impl<'a, T: Copy> Grid<'a, T> {
 }
 
 impl Grid<'_, f32> {
+    /// The texels as depths.
     #[inline(always)]
-    fn depth<S: Simd>(&self, simd: S, index: i32x16<S>) -> Lanes<S> {
+    pub fn depth<S: Simd>(&self, simd: S, index: i32x16<S>) -> Lanes<S> {
         self.fetch(index.into()).simd_into(simd)
     }
 }
 
 /// What decides whether light reaches the samples.
 pub trait Visibility<S: Simd>: Copy {
+    /// The same for the neighbouring steps of `step` under a sun in which it looks alike, and these steps: first and one
+    /// behind the last. [`Self::lit`] of what is returned serves samples in these steps.
+    #[inline(always)]
+    fn stretch(&self, _step: u32) -> (Self, [u32; 2]) {
+        (*self, [0, u32::MAX])
+    }
+
     /// Which samples are lit.
     fn lit<P: Samples<S>>(&self, simd: S, samples: P) -> LaneMask<S>;
 }
@@ -186,38 +194,6 @@ impl<S: Simd, const INSIDE: bool> Visibility<S> for ParallelMap<'_, INSIDE> {
         let [u, v, depth] = samples.position(simd, self.lanes);
         let lit = depth.simd_le(self.grid.depth(simd, self.grid.index(simd, u, v)));
         if INSIDE { lit } else { lit | !self.grid.contains(simd, u, v, splat(simd, 1.0)) }
-    }
-}
-
-/// Several parallel maps; the first that contains a sample decides.
-#[derive(Clone, Copy)]
-pub struct CascadeMaps<'a> {
-    /// The maps.
-    pub layers: &'a [ShadowLayer<'a>],
-    /// The packet's rays in each.
-    pub lanes: &'a [MapLanes],
-}
-
-impl<S: Simd> Visibility<S> for CascadeMaps<'_> {
-    #[inline(always)]
-    fn lit<P: Samples<S>>(&self, simd: S, samples: P) -> LaneMask<S> {
-        let zero = splat(simd, 0.0);
-        let mut open = zero.simd_eq(zero);
-        let mut lit = open;
-        for (layer, lanes) in self.layers.iter().zip(self.lanes) {
-            let grid = Grid::new(layer.texels(), layer.projection().size());
-            let [u, v, depth] = samples.position(simd, lanes);
-            let here = open & grid.contains(simd, u, v, splat(simd, 1.0));
-            if here.any_true() {
-                let shadowed = depth.simd_gt(grid.depth(simd, grid.index(simd, u, v)));
-                lit &= !(here & shadowed);
-                open &= !here;
-                if open.all_false() {
-                    break;
-                }
-            }
-        }
-        lit
     }
 }
 

@@ -95,43 +95,6 @@ pub struct Span {
     pub end: f64,
 }
 
-/// The rays of a packet under a sun in one map, counted in steps of `span.end / steps`; whether all of them stay
-/// inside of the map.
-pub fn sun_lanes(
-    projection: &MapProjection,
-    eye: DVec3,
-    rays: &[ViewRay; LANES],
-    spans: &[Span; LANES],
-    steps: u32,
-) -> (MapLanes, bool) {
-    let mut lanes = MapLanes::default();
-    let mut all_inside = true;
-    for lane in 0..LANES {
-        let (ray, end) = (&rays[lane], spans[lane].end);
-        let path = projection.ray(eye, ray.origin, ray.direction);
-        let step = end / f64::from(steps);
-        if step == 0.0 {
-            // All samples are the start itself, and weigh nothing.
-            for axis in 0..3 {
-                lanes.start[axis][lane] = 0.0;
-            }
-            continue;
-        }
-        let part = inside(projection, &path, 0.0, end);
-        all_inside &= part == Some((0.0, end));
-        let Some((from, to)) = part else { continue };
-        // Counting from a step inside of the map keeps coordinates small, wherever the ray starts.
-        let origin = (0.5 * (from + to) / step).floor() + 0.5;
-        let at = path.start + path.step * (origin * step);
-        lanes.origin[lane] = origin as f32;
-        for axis in 0..3 {
-            lanes.start[axis][lane] = at[axis] as f32;
-            lanes.step[axis][lane] = (path.step[axis] * step) as f32;
-        }
-    }
-    (lanes, all_inside)
-}
-
 /// A ray near a lamp: the foot of the perpendicular from the lamp on it, and the distance.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Foot {

@@ -4,22 +4,23 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use fearless_simd::prelude::*;
 use glam::DVec3;
-use scatter_core::{FogRay, Frame, LampRay, Light, RayLight, SceneFacts, ShadowMap, ViewRay};
+use scatter_core::{FogRay, Frame, LampRay, Light, MAX_CASCADES, RayLight, SceneFacts, ShadowMap, ViewRay};
 
 use super::NEGLIGIBLE_OPTICAL_DEPTH;
 use super::angle_span::AngleSpan;
+use super::cascade_maps::{CascadeMaps, Stretches};
 use super::fog_lamp_lanes::FogLampLanes;
 use super::fog_sun_packet::FogSunMarch;
 use super::fog_window::fog_window;
 use super::lamp_packet::{ConeLanes, LampMarch, PhaseTerm, march_lamp};
 use super::lanes::{LANES, mixed};
 use super::lookups::{
-    CascadeMaps, Clear, CubeMap, FaceMaps, Grid, MapLanes, ParallelMap, PerspectiveMap, TextureLookup,
-    Visibility,
+    Clear, CubeMap, FaceMaps, Grid, MapLanes, ParallelMap, PerspectiveMap, TextureLookup, Visibility,
 };
 use super::options::{Distribution, Options};
-use super::packet::{Foot, Packet, Span, cube_lanes, lamp_lanes, sun_lanes};
+use super::packet::{Foot, Packet, Span, cube_lanes, lamp_lanes};
 use super::sun_packet::{SunMarch, SunSteps};
+use super::sun_paths::{StepReach, SunPaths};
 
 /// A frame and what its scene requires.
 pub struct Plan<'a> {
@@ -176,9 +177,9 @@ impl<'a> Plan<'a> {
         // A medium that scatters nothing has no reach; any finite one will do.
         let spans = packet.ends.map(|end| Span { start: 0.0, end: end.min(reach).min(f64::MAX) });
         let sigma_t = frame.medium().sigma_t();
-        let texture_lanes = frame
-            .texture()
-            .map(|texture| sun_lanes(texture.projection(), eye, &packet.rays, &spans, self.steps).0);
+        let texture_lanes = frame.texture().map(|texture| {
+            SunPaths::new(texture.projection(), eye, &packet.rays, &spans, self.steps).lanes()
+        });
         let march = SunMarch {
             steps: self.steps,
             step_depth: sigma_t.map(|sigma| {
@@ -208,8 +209,9 @@ impl<'a> Plan<'a> {
             ViewRay { origin: ray.origin + ray.direction * windows[lane].start, ..ray }
         });
         let spans = windows.map(|window| Span { start: 0.0, end: window.end - window.start });
-        let texture_lanes =
-            frame.texture().map(|texture| sun_lanes(texture.projection(), eye, &rays, &spans, self.steps).0);
+        let texture_lanes = frame
+            .texture()
+            .map(|texture| SunPaths::new(texture.projection(), eye, &rays, &spans, self.steps).lanes());
         let march = FogSunMarch {
             texture: self.texture(texture_lanes.as_ref()),
             ..FogSunMarch::new(self.steps, medium.sigma_t(), (&fogs, &windows), self.seeds(packet))
@@ -226,24 +228,28 @@ impl<'a> Plan<'a> {
         layer_lanes: &mut [MapLanes],
     ) -> [[f32; LANES]; 3] {
         let eye = self.frame.camera().eye();
-        let lanes_in = |layer: &scatter_core::ShadowLayer<'_>| {
-            sun_lanes(layer.projection(), eye, rays, spans, self.steps)
-        };
         match self.frame.shadow() {
             ShadowMap::Orthographic(layer) if self.casts_shadow => {
                 let grid = Grid::new(layer.texels(), layer.projection().size());
-                let (lanes, inside) = lanes_in(layer);
-                if inside {
+                let paths = SunPaths::new(layer.projection(), eye, rays, spans, self.steps);
+                let lanes = paths.lanes();
+                if paths.all_inside {
                     self.sun_channels(simd, march, ParallelMap::<true> { grid, lanes: &lanes })
                 } else {
                     self.sun_channels(simd, march, ParallelMap::<false> { grid, lanes: &lanes })
                 }
             }
             ShadowMap::Cascades(layers) if self.casts_shadow => {
-                for (lanes, layer) in layer_lanes.iter_mut().zip(*layers) {
-                    *lanes = lanes_in(layer).0;
+                let mut reaches = [StepReach::default(); MAX_CASCADES];
+                for ((lanes, reach), layer) in layer_lanes.iter_mut().zip(&mut reaches).zip(*layers) {
+                    let paths = SunPaths::new(layer.projection(), eye, rays, spans, self.steps);
+                    *reach = paths.reach(self.jitter.is_some());
+                    if reach.any[0] < reach.any[1] {
+                        *lanes = paths.lanes();
+                    }
                 }
-                self.sun_channels(simd, march, CascadeMaps { layers, lanes: layer_lanes })
+                let stretches = Stretches::new(&reaches[..layers.len()], self.steps);
+                self.sun_channels(simd, march, CascadeMaps::new(layers, layer_lanes, &stretches))
             }
             // Without a shadow there is a texture: three channels.
             _ => simd.vectorize(

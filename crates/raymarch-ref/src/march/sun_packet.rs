@@ -77,27 +77,34 @@ fn march_sun<S: Simd, V: Visibility<S>, const CHANNELS: usize, const PLAIN: bool
         // The odd block comes first: it is the farthest.
         let start = (end - 1) / BLOCK * BLOCK;
         let (mut block, mut block_whole) = (zero, zero);
-        for step in (start..end).rev() {
-            let middle = if PLAIN || march.seeds.is_none() {
-                splat(simd, step as f32 + 0.5)
-            } else {
-                hashed(simd, seeds, step) + step as f32
-            };
-            let samples = SunSamples { index: middle };
-            let lit = one_where(simd, visibility.lit(simd, samples));
-            match march.texture {
-                Some(texture) if !PLAIN => {
-                    let colour = texture.colour(simd, samples);
-                    for channel in 0..CHANNELS {
-                        block[channel] = block[channel].mul_add(rate[channel], lit * colour[channel]);
+        let mut after = end;
+        while after > start {
+            // From the far end to the near one.
+            let (visibility, [first, _]) = visibility.stretch(after - 1);
+            let first = first.max(start);
+            for step in (first..after).rev() {
+                let middle = if PLAIN || march.seeds.is_none() {
+                    splat(simd, step as f32 + 0.5)
+                } else {
+                    hashed(simd, seeds, step) + step as f32
+                };
+                let samples = SunSamples { index: middle };
+                let lit = one_where(simd, visibility.lit(simd, samples));
+                match march.texture {
+                    Some(texture) if !PLAIN => {
+                        let colour = texture.colour(simd, samples);
+                        for channel in 0..CHANNELS {
+                            block[channel] = block[channel].mul_add(rate[channel], lit * colour[channel]);
+                        }
                     }
-                }
-                _ => {
-                    for channel in 0..CHANNELS {
-                        block[channel] = block[channel].mul_add(rate[channel], lit);
+                    _ => {
+                        for channel in 0..CHANNELS {
+                            block[channel] = block[channel].mul_add(rate[channel], lit);
+                        }
                     }
                 }
             }
+            after = first;
         }
         for _ in start..end {
             for channel in 0..CHANNELS {

@@ -2,6 +2,7 @@
 
 mod analytic;
 mod as_a_technique;
+mod cascades;
 mod core_walk;
 mod determinism;
 mod extremes;
