@@ -15,7 +15,7 @@ use super::sums::problem::{Problem, Queries, Runs, SumScratch};
 use super::sums::{RunIndex, SumAlgorithm, sum_lit_runs};
 use super::tables::{Table, Views, share_of};
 use crate::driver::{
-    OpenQueries, SliceIntegrator, SliceLight, SliceQueries, SliceRoom, SliceSetup, SliceView,
+    OpenQueries, SliceIntegrator, SliceLight, SliceQueries, SliceRoom, SliceSetup, SliceView, TileUse,
 };
 use crate::geometry::STEEPEST;
 use crate::paper::leave_ring;
@@ -108,8 +108,8 @@ impl SliceIntegrator for Baran {
         self.fog.is_some() || self.integrand.lamp_error() <= self.settings.factor_error.max(WORST_LAMP_ERROR)
     }
 
-    fn reads_tiles(&self) -> bool {
-        self.settings.cells == Cells::Exact
+    fn tiles(&self) -> TileUse {
+        if self.settings.cells == Cells::Exact { TileUse::IfWorthwhile } else { TileUse::Never }
     }
 
     fn channels(&self) -> usize {

@@ -26,7 +26,7 @@ pub use resolve::Resolve;
 pub use shares::{EMPTY, Shares};
 pub use slice_driver::{SliceDriver, SliceSettings};
 pub use slice_facts::SliceFacts;
-pub use slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup};
+pub use slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup, TileUse};
 pub use slice_view::{SliceAngles, SliceLight, SliceScene, SliceView};
 pub use spacing::{ErrorTarget, SpacingEstimate};
 

@@ -11,7 +11,7 @@ use super::pass::{Resampling, SlicePass, Worker};
 use super::refinement::Refinement;
 use super::resolve::Resolve;
 use super::shares::Shares;
-use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup};
+use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup, TileUse};
 use super::slice_view::SliceScene;
 use super::spacing::{ErrorTarget, SpacingEstimate, SpacingSearch, stride};
 use super::surfaces::Surfaces;
@@ -209,17 +209,15 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         /// Texels that are read for their extrema in the time of one that a row reads on its own. A quarter of it made rooms
         /// slower by a fifth.
         const TEXELS_A_READ: usize = 16;
-        if !self.integrator.reads_tiles() || self.tiles.are_read() {
+        let tiles = self.integrator.tiles();
+        if tiles == TileUse::Never || self.tiles.are_read() {
             return;
         }
         let sizes =
             || frame.shadow().layers().map(|layer| layer.projection().size().map(|side| side as usize));
         let (texels, side) = sizes().fold((0, 0), |(area, side), [w, h]| (area + w * h, side.max(w).max(h)));
-        if std::env::var("TILEK").map_or(TEXELS_A_READ, |v| v.parse().unwrap())
-            * self.slices.slices.len()
-            * side
-            >= texels
-        {
+        let are_worthwhile = TEXELS_A_READ * self.slices.slices.len() * side >= texels;
+        if are_worthwhile || tiles == TileUse::Always {
             self.tiles.rebuild(self.simd, frame.shadow());
         }
     }

@@ -6,6 +6,18 @@ use super::queries::SliceQueries;
 use super::slice_view::SliceView;
 use crate::geometry::{Epipole, SliceSet};
 
+/// Whether the extrema of the map's tiles are read for a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TileUse {
+    /// Rows do without them.
+    Never,
+    /// Rows of [`SliceView::rectify`] are the same without them: they are read where so many slices cross the map that they
+    /// save more than they cost.
+    IfWorthwhile,
+    /// They are asked for by their places.
+    Always,
+}
+
 /// Sums, for the view rays of one slice, what they see of the slice's light.
 ///
 /// [`SliceDriver`](super::SliceDriver) does the rest: fans, gaps and their halving, the measured spacing, the walk of what is
@@ -24,9 +36,9 @@ pub trait SliceIntegrator: Send + Sync {
         true
     }
 
-    /// Whether rows are read by [`SliceView::rectify`], which needs the extrema of the map's tiles.
-    fn reads_tiles(&self) -> bool {
-        true
+    /// How [`Self::integrate`] uses the extrema of the map's tiles.
+    fn tiles(&self) -> TileUse {
+        TileUse::IfWorthwhile
     }
 
     /// Channels whose shares differ, 1 or 3; a textured light has 3 in any case.

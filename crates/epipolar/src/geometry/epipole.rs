@@ -71,7 +71,9 @@ fn steepest_pixels(camera: &Camera, seen: DVec3) -> f64 {
     let [width, height] = camera.size().map(f64::from);
     let step = ((right - left).abs() / width).min((top - bottom).abs() / height);
     // Directions of lengths a and b (1 along the view direction) whose tangents differ by δ have a sine of δ/(a·b) at the least.
-    let longest = DVec3::new(left.abs().max(right.abs()), bottom.abs().max(top.abs()), 1.0).length();
+    let longest =
+        DVec3::new(left.abs().max(right.abs()) + camera.shear().abs(), bottom.abs().max(top.abs()), 1.0)
+            .length();
     let depth = seen.dot(camera.forward());
     if depth > 0.0 { longest / (depth * STEEPEST * step) } else { 0.0 }
 }

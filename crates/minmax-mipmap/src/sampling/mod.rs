@@ -125,10 +125,9 @@ impl Sampling {
 
         let walked = self.resolve(frame, integrates.then_some(channels), out);
         clock.lap(&mut stats, "resolve");
-        // The one pixel whose centre is the epipole lies on no slice: it is walked through the map.
-        stats
-            .counts
-            .push("pixels without a source", walked - u64::from(walked > 0 && hits_pixel(&epipole, frame)));
+        // Pixels as good as on the epipole lie on no slice: they are walked through the map.
+        let on_no_slice = if integrates { pixels_too_near(&epipole, frame.size()) } else { 0 };
+        stats.counts.push("pixels without a source", walked - on_no_slice.min(walked));
         stats.push_modelled(&facts);
         stats.memory_bytes = self.memory_bytes();
         stats
@@ -219,15 +218,22 @@ fn upscale(pass: &SamplingPass<'_>, workers: &mut [Worker]) {
     });
 }
 
-/// Whether the epipole is the centre of a pixel.
-fn hits_pixel(epipole: &Epipole, frame: &Frame<'_>) -> bool {
+/// How many pixels are too near to the epipole for slices.
+fn pixels_too_near(epipole: &Epipole, size: [u32; 2]) -> u64 {
     if !(epipole.image.z > 0.0) {
-        return false;
+        return 0;
     }
-    let pixel = (epipole.image.truncate() / epipole.image.z).floor();
-    let [width, height] = frame.size().map(f64::from);
-    let inside = (0.0..width).contains(&pixel.x) && (0.0..height).contains(&pixel.y);
-    inside && epipole.towards(pixel + DVec2::splat(0.5)) == DVec2::ZERO
+    let centre = epipole.image.truncate() / epipole.image.z - DVec2::splat(0.5);
+    let reach = epipole.too_near;
+    // A pixel more on either side, since `is_too_near` decides.
+    let within = |axis: usize| {
+        let clamped = |at: f64| at.clamp(0.0, f64::from(size[axis])) as u32;
+        clamped((centre[axis] - reach).floor() - 1.0)..clamped((centre[axis] + reach).ceil() + 2.0)
+    };
+    let is_too_near = |x: u32, y: u32| {
+        epipole.is_too_near(epipole.towards(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)))
+    };
+    within(1).flat_map(|y| within(0).map(move |x| (x, y))).filter(|&(x, y)| is_too_near(x, y)).count() as u64
 }
 
 fn report(workers: &[Worker], stats: &mut RenderStats) {

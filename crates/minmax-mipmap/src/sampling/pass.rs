@@ -288,8 +288,8 @@ impl SamplingPass<'_> {
             let away = away(place);
             away.x.abs() >= away.y.abs()
         };
-        // Through the epipole itself there is no one slice: that pixel is walked when the image is resolved.
-        worker.left.retain(|place| away(place) != DVec2::ZERO);
+        // Through the epipole itself there is no one slice: pixels on it are walked when the image is resolved.
+        worker.left.retain(|place| !epipole.is_too_near(away(place)));
         worker.left.sort_unstable_by_key(|place| !flat(place));
         let steep = worker.left.partition_point(flat);
         worker.steep.clear();

@@ -1,7 +1,7 @@
 //! Mode `slices`: every pixel by the trees of its two slices, on the slice driver.
 
 use epipolar::SliceIntegrator;
-use epipolar::driver::{SliceQueries, SliceRoom, SliceSetup, SliceView};
+use epipolar::driver::{SliceQueries, SliceRoom, SliceSetup, SliceView, TileUse};
 use scatter_core::RenderStats;
 
 use super::light_sums::{FrameLight, channels_of};
@@ -34,6 +34,10 @@ impl SliceIntegrator for TreeIntegrator {
 
     fn set_up(&mut self, setup: &SliceSetup<'_>) {
         self.channels = channels_of(setup.setup.light(), setup.setup.medium());
+    }
+
+    fn tiles(&self) -> TileUse {
+        if self.kind == TreeKind::None { TileUse::Never } else { TileUse::Always }
     }
 
     fn channels(&self) -> usize {
