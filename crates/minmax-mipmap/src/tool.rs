@@ -126,7 +126,7 @@ impl Configurable for MinMaxMipmapTechnique {
         overrides: &[(&str, &str)],
         _facts: &SceneFacts,
     ) -> Result<Options, OptionError> {
-        // Exact is no dearer than an approximation but in foliage, and keeps every level and every promise.
+        // Exact keeps every level and every promise.
         match target {
             Target::Quality(level) => Ok(Options::for_quality(level)),
             Target::Error(_) => {

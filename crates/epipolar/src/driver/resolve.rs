@@ -4,7 +4,12 @@
 //! last bit and a dark one gets 0, at any rank. The phase function of a sun is constant along a ray and comes in here,
 //! exactly and at no cost for the sums.
 
-use scatter_core::{Frame, Level, LightIntegralF32, RayLanes, transmittances_of_pixels_f32, walked_radiance};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use scatter_core::{
+    Frame, Level, LightIntegralF32, RayLanes, ScatterImage, at_level, parallel, transmittances_of_pixels_f32,
+    walked_radiance,
+};
 
 use super::shares::Shares;
 
@@ -29,9 +34,25 @@ impl<'a> Resolve<'a> {
         Self { frame, shares, light: LightIntegralF32::new(frame.setup()), simd }
     }
 
+    /// Fills the image, rows on all threads; returns how many of its pixels no slice had answered.
+    pub fn image(&self, out: &mut ScatterImage) -> u64 {
+        let (inscattered, transmittance) = out.overwritten(self.frame.size());
+        let walked = AtomicU64::new(0);
+        let (simd, width) = (self.simd, self.frame.size()[0] as usize);
+        parallel::for_each_row_of_both(
+            (inscattered, transmittance),
+            width,
+            |y, inscattered, transmittance| {
+                let count = at_level!(simd, self.row(y as u32, inscattered, transmittance));
+                walked.fetch_add(count, Ordering::Relaxed);
+            },
+        );
+        walked.into_inner()
+    }
+
     /// Fills image row `y`; returns how many of its pixels no slice had answered.
     #[inline(always)]
-    pub fn row(&self, y: u32, inscattered: &mut [[f32; 3]], transmittance: &mut [[f32; 3]]) -> u64 {
+    fn row(&self, y: u32, inscattered: &mut [[f32; 3]], transmittance: &mut [[f32; 3]]) -> u64 {
         let width = inscattered.len();
         let first_pixel = y as usize * width;
         let depth = &self.frame.depth().texels()[first_pixel..first_pixel + width];

@@ -1,10 +1,10 @@
 //! Everything of a frame but the sums: slices are laid, their spacing is estimated, they are integrated on all threads, and
 //! what they found becomes an image.
 
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use scatter_core::{
-    Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, Window, at_level, parallel, simd_level,
+    Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, Window, parallel, simd_level,
 };
 
 use super::pass::{Resampling, SlicePass, Worker};
@@ -133,7 +133,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         };
         clock.lap(&mut stats, "slices");
 
-        let walked = self.resolve(frame, shadowed.then_some(channels), out);
+        let walked = Resolve::new(frame, shadowed.then_some((&self.shares, channels)), self.simd).image(out);
         clock.lap(&mut stats, "resolve");
 
         let sum = |count: fn(&Worker<I::Scratch>) -> u64| self.workers.iter().map(count).sum::<u64>();
@@ -292,25 +292,6 @@ impl<I: SliceIntegrator> SliceDriver<I> {
                 }
             }
         });
-    }
-
-    /// Turns shares into an image; returns how many pixels no slice had answered. `channels` is `None` if nothing casts a
-    /// shadow.
-    fn resolve(&self, frame: &Frame<'_>, channels: Option<usize>, out: &mut ScatterImage) -> u64 {
-        let (inscattered, transmittance) = out.overwritten(frame.size());
-        let resolve = Resolve::new(frame, channels.map(|channels| (&self.shares, channels)), self.simd);
-        let walked = AtomicU64::new(0);
-        let simd = self.simd;
-        let width = frame.size()[0] as usize;
-        parallel::for_each_row_of_both(
-            (inscattered, transmittance),
-            width,
-            |y, inscattered, transmittance| {
-                let count = at_level!(simd, resolve.row(y as u32, inscattered, transmittance));
-                walked.fetch_add(count, Ordering::Relaxed);
-            },
-        );
-        walked.into_inner()
     }
 
     fn memory_bytes(&self) -> u64 {

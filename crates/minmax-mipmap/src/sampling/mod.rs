@@ -23,7 +23,7 @@ mod line_samples;
 mod pass;
 mod upscale;
 
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use epipolar::driver::{Resolve, Shares, SliceScene};
 use epipolar::geometry::{Epipole, FanPixels, Slice, SliceSet};
@@ -123,7 +123,8 @@ impl Sampling {
             self.workers = workers;
         }
 
-        let walked = self.resolve(frame, integrates.then_some(channels), out);
+        let walked =
+            Resolve::new(frame, integrates.then_some((&self.shares, channels)), self.simd).image(out);
         clock.lap(&mut stats, "resolve");
         // Pixels as good as on the epipole lie on no slice: they are walked through the map.
         let on_no_slice = if integrates { pixels_too_near(&epipole, frame.size()) } else { 0 };
@@ -162,25 +163,6 @@ impl Sampling {
                 pass.run(&fans[fan], &fan_pixels[fan], first..end, worker);
             }
         });
-    }
-
-    /// Turns shares into an image; returns how many pixels no sample and no correction had answered. `channels` is `None` if
-    /// nothing casts a shadow.
-    fn resolve(&self, frame: &Frame<'_>, channels: Option<usize>, out: &mut ScatterImage) -> u64 {
-        let (inscattered, transmittance) = out.overwritten(frame.size());
-        let resolve = Resolve::new(frame, channels.map(|channels| (&self.shares, channels)), self.simd);
-        let walked = AtomicU64::new(0);
-        let simd = self.simd;
-        let width = frame.size()[0] as usize;
-        parallel::for_each_row_of_both(
-            (inscattered, transmittance),
-            width,
-            |y, inscattered, transmittance| {
-                let count = at_level!(simd, resolve.row(y as u32, inscattered, transmittance));
-                walked.fetch_add(count, Ordering::Relaxed);
-            },
-        );
-        walked.into_inner()
     }
 
     fn memory_bytes(&self) -> u64 {
