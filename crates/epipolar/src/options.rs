@@ -60,16 +60,19 @@ pub enum NearEpipole {
 const TUNED_DIAGONAL: f64 = 1600.0;
 
 /// Image diagonal \[pixels\] from which on the presets measure their spacing. Below it a sample of gaps says little.
-const LEAST_MEASURED_DIAGONAL: f64 = 240.0;
+const LEAST_MEASURED_DIAGONAL: f64 = 180.0;
+
+/// Image diagonal \[pixels\] from which on texels may hide parts of columns.
+const LEAST_UNCUT_DIAGONAL: f64 = 400.0;
 
 /// What the presets aim at, of their level's error: p99 and RMS; what a sample does not know of itself is added there. Not below
 /// film's tolerance, up to which slices may differ: no spacing would keep it, however fine. Pixels of previews share answers,
 /// which the sample does not see; and the farther slices are apart, the fewer gaps make the RMS.
 const fn room(level: Quality) -> [f32; 2] {
     match level {
-        Quality::Preview => [0.6, 0.6],
-        Quality::Game => [0.9, 0.65],
-        Quality::Film => [0.9, 0.8],
+        Quality::Preview => [0.5, 0.6],
+        Quality::Game => [0.75, 0.65],
+        Quality::Film => [0.85, 0.8],
     }
 }
 
@@ -84,26 +87,32 @@ impl Options {
     /// on real scenes (README), at 640×480 with 2048² maps and at 1280×960 with 4096² maps.
     pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
         let (spacing, finest, tolerance, halvings, split, factor_error) = match level {
-            Quality::Preview => (8.0, 0.5, 0.2, 2, 1.0, 2e-2),
-            Quality::Game => (4.0, 0.25, 0.04, 3, 0.5, 6e-3),
-            Quality::Film => (4.0, 0.125, 0.009, 3, 0.0, 2e-3),
+            Quality::Preview => (8.0, 0.25, 0.2, 2, 1.0, 2e-2),
+            Quality::Game => (4.0, 0.125, 0.04, 3, 0.5, 6e-3),
+            Quality::Film => (4.0, 0.0625, 0.009, 3, 0.0, 2e-3),
         };
         let [error, rms] = room(level).map(|part| part * level.error() as f32);
         let target = ErrorTarget { error, rms, finest };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
-        let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
+        let scale = (diagonal / TUNED_DIAGONAL).clamp(0.125, 1.0);
         // Small images have too few gaps for a sample, and cost little anyway.
         let measured = diagonal >= LEAST_MEASURED_DIAGONAL;
         Self {
-            spacing: scale * if measured { spacing } else { 2.0 * finest },
+            spacing: if measured { scale * spacing } else { finest },
             fewest_slices: 400.0,
             target: measured.then_some(ErrorTarget { finest: finest * scale, ..target }),
-            refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
+            // Small images cost little, and nobody tells them how dark they are.
+            refinement: Refinement {
+                tolerance,
+                floor: if measured { 0.01 } else { 0.001 },
+                halvings,
+                walks_rest: false,
+            },
             rank: None,
             factor_error,
             factorisation: Factorisation::Chebyshev,
-            // Half a column of a thumbnail is much of its picture.
-            uncut_columns: if measured { split * scale as f32 } else { 0.0 },
+            // Half a column of a small picture is much of it, and no sample of slices sees what all of them leave out.
+            uncut_columns: if diagonal >= LEAST_UNCUT_DIAGONAL { split * scale as f32 } else { 0.0 },
             sum_algorithm: None,
             cells: Cells::Exact,
             near_epipole: NearEpipole::Bands,

@@ -1,6 +1,6 @@
 //! From slices to pixels, whatever sums a slice: the part that all techniques on epipolar slices share.
 //!
-//! [`SliceDriver`] lays slices, estimates how far apart they may be ([`SpacingEstimate`]), hands each as a [`SliceView`] with
+//! [`SliceDriver`] lays slices, estimates how far apart they may be ([`measured`] of [`SpacingSample`]s), hands each as a [`SliceView`] with
 //! its [`SliceQueries`] to a [`SliceIntegrator`], halves the gaps between slices that differ ([`Refinement`]), and turns
 //! [`Shares`] of the unoccluded light into radiance ([`Resolve`]).
 
@@ -16,6 +16,7 @@ mod slice_facts;
 mod slice_integrator;
 mod slice_view;
 mod spacing;
+mod spacing_sample;
 mod surfaces;
 
 pub use borders::Borders;
@@ -28,6 +29,6 @@ pub use slice_driver::{SliceDriver, SliceSettings};
 pub use slice_facts::SliceFacts;
 pub use slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup, TileUse};
 pub use slice_view::{SliceAngles, SliceLight, SliceScene, SliceView};
-pub use spacing::{ErrorTarget, SpacingEstimate};
+pub use spacing_sample::{ErrorTarget, Measured, SpacingSample, measured};
 
 pub(crate) use pixels_between::{Offsets, PixelsBetween};

@@ -15,7 +15,7 @@ use super::refinement::{MOST_HALVINGS, Refinement};
 use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom};
 use super::slice_view::{SliceAngles, SliceScene, SliceView};
-use super::spacing::{COLUMN_STRIDE, ErrorTarget, SpacingEstimate};
+use super::spacing_sample::{GapPixels, MOST_COLUMN_STRIDE, SpacingSample, Unoccluded};
 use super::surfaces::{SharedColumns, Surfaces};
 use crate::geometry::{ColumnOrder, Fan, FanPixels, Major, Slice};
 
@@ -29,8 +29,10 @@ pub struct SlicePass<'a, I> {
     pub resampling: Resampling,
     /// Which pixels share answers, if any do.
     pub surfaces: Option<Surfaces>,
-    /// Measures gaps instead of filling them.
-    pub estimate: Option<(&'a SpacingEstimate, ErrorTarget)>,
+    /// Measures gaps instead of filling them, with the light that shares are shares of.
+    pub measures: Option<&'a Unoccluded<'a>>,
+    /// One column in how many queries.
+    pub column_stride: usize,
     /// Channels whose shares differ, 1 or 3.
     pub channels: usize,
     /// Where rays end that are longer.
@@ -64,6 +66,8 @@ pub struct Worker<S> {
     found: Vec<f32>,
     /// The slice before, this one and the next one.
     lines: [Borders; 3],
+    /// The gaps that were measured.
+    pub sample: SpacingSample,
     /// Slices that were integrated, and what they were asked.
     pub counts: Counts,
 }
@@ -84,7 +88,7 @@ impl<S> Worker<S> {
         self.queries.clear(queries, channels);
         for list in self.gaps.iter_mut().chain(self.halves.iter_mut().flatten()) {
             list.clear(gap, channels);
-            list.list_none(columns, COLUMN_STRIDE as usize, channels);
+            list.list_none(columns, MOST_COLUMN_STRIDE as usize, channels);
         }
         self.lines.iter_mut().for_each(|line| line.reserve(columns));
         self.line.iter_mut().for_each(|line| line.reserve(gap.saturating_sub(line.len())));
@@ -106,6 +110,7 @@ impl<S> Worker<S> {
             + self.queries.memory_bytes()
             + lists.map(PixelsBetween::memory_bytes).sum::<usize>()
             + self.lines.iter().map(Borders::memory_bytes).sum::<usize>()
+            + self.sample.memory_bytes()
             + 4 * (self.line.iter().map(Vec::capacity).sum::<usize>() + self.found.capacity())
     }
 }
@@ -125,7 +130,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         // The first slice has no gap of this range before it: its own line stands in for the one before.
         self.follow(own, fan, pixels, slices, range.start);
         let all = pixels.ranges.len();
-        worker.gaps[1].list_none(all, self.stride(), self.channels);
+        worker.gaps[1].list_none(all, self.column_stride, self.channels);
         for index in range.start..=range.end {
             if index < range.end {
                 self.follow(next, fan, pixels, slices, index + 1);
@@ -137,8 +142,8 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
             self.slice(fan, pixels, &slices[index], [first, own, last], worker);
             if has_before {
                 let between = [&slices[index - 1], &slices[index]];
-                match self.estimate {
-                    Some(estimate) => self.measure_gap(fan, between, estimate, index, worker),
+                match self.measures {
+                    Some(light) => self.measure_gap(fan, between, light, index, worker),
                     None => self.finish_gap(fan, between, worker),
                 }
             }
@@ -164,7 +169,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
             first.pixels[column] < own.pixels[column] || own.pixels[column] < last.pixels[column]
         };
         let Some(from) = (0..all).find(|&column| busy(column)) else {
-            worker.gaps[1].list_none(all, self.stride(), channels);
+            worker.gaps[1].list_none(all, self.column_stride, channels);
             return;
         };
         let to = (from..all).rev().find(|&column| busy(column)).unwrap_or(from) + 1;
@@ -218,7 +223,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
 
     /// How the pixels of a fan share answers; what is measured shares none.
     fn shared(&self, pixels: &FanPixels) -> Option<SharedColumns> {
-        let surfaces = self.surfaces.filter(|_| self.estimate.is_none())?;
+        let surfaces = self.surfaces.filter(|_| self.measures.is_none())?;
         Some(SharedColumns { surfaces, fan: pixels.columns })
     }
 
@@ -237,14 +242,9 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
 
     /// The columns whose pixels query: all of a range, or a sample of them.
     fn offsets(&self, first_column: u32, range: std::ops::Range<usize>, all: usize) -> Offsets {
-        let (stride, first) = (self.stride(), first_column as usize);
+        let (stride, first) = (self.column_stride, first_column as usize);
         let start = (first + range.start).next_multiple_of(stride) - first;
         Offsets { start, end: range.end.max(start), stride, all }
-    }
-
-    /// One column in how many queries.
-    fn stride(&self) -> usize {
-        if self.estimate.is_some() { COLUMN_STRIDE as usize } else { 1 }
     }
 
     /// Gives the pixels of a gap their shares, or halves it.
@@ -265,7 +265,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         &self,
         fan: &Fan,
         between: [&Slice; 2],
-        (estimate, target): (&SpacingEstimate, ErrorTarget),
+        light: &Unoccluded<'_>,
         index: usize,
         worker: &mut Worker<I::Scratch>,
     ) {
@@ -289,10 +289,13 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         }
         // What the pixels would get is written where they are, and overwritten once all of them are filled.
         self.finish_gap(fan, between, worker);
-        for channel in 0..self.channels {
-            worker.gaps[0].read(self.shares, channel, &mut worker.found);
-            let (line, found) = (&worker.line[channel], &worker.found);
-            at_level!(self.scene.simd, estimate.count(target, self.refinement.floor, found, line));
+        let Worker { gaps: [pixels, _], line, found, sample, .. } = worker;
+        let at = GapPixels { places: pixels.places(), ends: pixels.ends() };
+        sample.begin();
+        for (channel, line) in line.iter().enumerate().take(self.channels) {
+            pixels.read(self.shares, channel, found);
+            let weighted_by = (self.channels > 1).then_some(channel);
+            sample.count(self.scene.simd, light, at, weighted_by, (found, line));
         }
     }
 

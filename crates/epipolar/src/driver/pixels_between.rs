@@ -92,6 +92,11 @@ impl PixelsBetween {
         &self.columns[..self.count]
     }
 
+    /// Index of each in the image.
+    pub fn places(&self) -> &[u32] {
+        &self.places[..self.count]
+    }
+
     /// Where the ray of each ends.
     pub fn ends(&self) -> &[f32] {
         &self.ends[..self.count]

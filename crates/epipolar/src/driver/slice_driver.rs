@@ -13,7 +13,8 @@ use super::resolve::Resolve;
 use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup, TileUse};
 use super::slice_view::SliceScene;
-use super::spacing::{ErrorTarget, SpacingEstimate, SpacingSearch, stride};
+use super::spacing::SpacingSearch;
+use super::spacing_sample::{ErrorTarget, Unoccluded, column_stride, measured, stride};
 use super::surfaces::Surfaces;
 use crate::geometry::{Epipole, FanPixels, Slice, SliceMap, SliceSet};
 use crate::rows::MinMaxTiles;
@@ -30,6 +31,13 @@ const SLICES_A_PIXEL: usize = 4;
 
 /// Gaps of a task. More keep threads idle at the end of a frame, fewer integrate more slices twice.
 const TASK: usize = 32;
+
+/// Share of the unoccluded radiance, in units of the frame's mean, below which differences of slices are measured against it:
+/// a hundredth is what the figures of levels are relative to.
+const DARK_FLOOR: f32 = 0.01;
+
+/// Shares below are f32's rounding of sums.
+const LEAST_FLOOR: f32 = 1e-6;
 
 /// How slices are laid and refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -199,6 +207,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let room = SliceRoom { frame, columns, queries, runs: most_runs(frame, columns), channels };
         for worker in &mut self.workers {
             worker.reserve(&room, gap);
+            worker.sample.reserve(width * height, channels, self.slices.slices.capacity());
             self.integrator.reserve(&room, &mut worker.scratch);
         }
         channels
@@ -231,12 +240,18 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         settings: &SliceSettings,
         (stats, clock): (&mut RenderStats, &mut StageClock),
     ) -> f64 {
+        let mut settings = *settings;
         if let Some(target) = settings.target {
+            let light = Unoccluded::new(frame);
             let mut search = SpacingSearch::new(spacing, target.finest);
             while search.goes_on() {
-                let estimate = SpacingEstimate::default();
-                self.run(frame, epipole, (spacing, channels), settings, Some((&estimate, target)));
-                search.learn(estimate.excess(target, settings.refinement.floor));
+                self.workers.iter_mut().for_each(|worker| worker.sample.clear());
+                self.run(frame, epipole, (spacing, channels), &settings, Some(&light));
+                let found = measured(self.workers.iter().map(|worker| &worker.sample), target);
+                // In a dark picture errors of less count.
+                let floor = settings.refinement.floor;
+                settings.refinement.floor = floor.min(DARK_FLOOR * found.lit_share as f32).max(LEAST_FLOOR);
+                search.learn(found.excess);
                 if search.spacing != spacing {
                     spacing = search.spacing;
                     self.lay(frame, &epipole, spacing);
@@ -245,7 +260,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             }
             clock.lap(stats, "spacing");
         }
-        self.run(frame, epipole, (spacing, channels), settings, None);
+        self.run(frame, epipole, (spacing, channels), &settings, None);
         spacing
     }
 
@@ -256,7 +271,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         epipole: Epipole,
         (spacing, channels): (f64, usize),
         settings: &SliceSettings,
-        estimate: Option<(&SpacingEstimate, ErrorTarget)>,
+        measures: Option<&Unoccluded<'_>>,
     ) {
         let longest = self.integrator.longest_ray().min(frame.max_distance()) as f32;
         let pass = SlicePass {
@@ -272,7 +287,8 @@ impl<I: SliceIntegrator> SliceDriver<I> {
                 spacing,
                 &settings.refinement,
             ),
-            estimate,
+            measures,
+            column_stride: measures.map_or(1, |_| column_stride(spacing) as usize),
             channels,
             longest,
         };
@@ -283,7 +299,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         parallel::for_each_worker(&mut self.workers, |worker| {
             while let Some(&(fan, first)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
                 let end = (first + TASK).min(fans[fan].count - 1);
-                if estimate.is_some() {
+                if measures.is_some() {
                     for gap in (first..end).filter(|gap| gap % stride == stride / 2) {
                         pass.run(&fans[fan], &fan_pixels[fan], gap..gap + 1, worker);
                     }
