@@ -323,7 +323,11 @@ impl VolumetricShadow for RaycastTruth<'_> {
         stats.counts.push("intervals", total(|c| c.intervals));
         stats.modelled.push("exact-visibility", ());
         // No map is read.
-        let facts = SceneFacts { casts_shadow: false, ..SceneFacts::of_setup(frame.setup()) };
+        let facts = SceneFacts {
+            casts_shadow: false,
+            translucent: self.caster.occluders().is_some(),
+            ..SceneFacts::of_setup(frame.setup())
+        };
         stats.push_modelled(&facts);
         if facts.light == LightKind::Spot {
             stats.modelled.push("cone", ());
