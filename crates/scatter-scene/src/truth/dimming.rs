@@ -206,8 +206,16 @@ impl Dimming {
             return (to, self.strand_transmittance(occluders, light, 2.0 * from.max(1.0)));
         }
         let strand_of = |capsule: &NearCapsule| occluders.segment(capsule.segment).strand;
-        let is_simple =
-            self.active_capsules.windows(2).all(|pair| strand_of(&pair[0]) != strand_of(&pair[1]));
+        // Neighbours that lie wholly between the light and the ray are one pass, whichever is the nearer.
+        let is_between = |capsule: &NearCapsule| {
+            let [a, b] = capsule.capsule.ends;
+            a.y.min(b.y) > capsule.capsule.radius
+        };
+        let is_simple = self.active_capsules.windows(2).all(|pair| {
+            let is_joint =
+                pair[0].segment + 1 == pair[1].segment && is_between(&pair[0]) && is_between(&pair[1]);
+            is_joint || strand_of(&pair[0]) != strand_of(&pair[1])
+        });
         let at = |share: f64| from + share * (to - from);
         if is_simple {
             return (to, self.strand_transmittance(occluders, light, at(0.5)));
