@@ -70,6 +70,7 @@ impl VolumetricShadow for Thin {
             lights: &[LightKind::Directional],
             textures: &[],
             height_fog: &[],
+            translucent: &[],
             maps,
             ..epipolar::CAPABILITIES
         }

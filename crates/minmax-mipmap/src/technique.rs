@@ -29,6 +29,7 @@ pub const CAPABILITIES: Capabilities = Capabilities {
     phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
     phase_sums: true,
     height_fog: &[LightKind::Directional],
+    translucent: &[],
     endless_rays: true,
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: MAX_CASCADES, layer_texels: u64::MAX },
 };

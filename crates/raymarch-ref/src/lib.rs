@@ -31,6 +31,7 @@ pub(crate) const EVERYTHING: Capabilities = Capabilities {
     phases: &[PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein],
     phase_sums: true,
     height_fog: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+    translucent: &[],
     endless_rays: true,
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: MAX_CASCADES, layer_texels: u64::MAX },
 };

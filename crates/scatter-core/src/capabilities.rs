@@ -35,6 +35,8 @@ pub struct Capabilities {
     pub phase_sums: bool,
     /// Lights that may shine in height fog (a medium with a [`HeightFalloff`](crate::HeightFalloff)).
     pub height_fog: &'static [LightKind],
+    /// Lights that translucent occluders (smoke, hair) may dim on their way.
+    pub translucent: &'static [LightKind],
     /// Whether rays may be endless (`max_distance` = ∞).
     pub endless_rays: bool,
     /// Limits that are numbers.
@@ -69,6 +71,7 @@ struct Needs {
     phases: [bool; PhaseKind::ALL.len()],
     phase_sum: bool,
     height_fog: bool,
+    translucent: bool,
     endless: bool,
     largest_g: f64,
     cascades: usize,
@@ -78,7 +81,7 @@ struct Needs {
 impl Needs {
     fn of(setup: &Setup<'_>) -> Self {
         // Exhaustive on purpose: a new part of a set-up must say here what it needs.
-        let Setup { camera, light, medium, max_distance, maps, texture } = setup;
+        let Setup { camera, light, medium, max_distance, maps, texture, translucent } = setup;
         let Medium { components, sigma_a: _, sigma_t: _, height_falloff } = medium;
         let mut phases = [false; PhaseKind::ALL.len()];
         let mut largest_g = 0.0f64;
@@ -98,6 +101,7 @@ impl Needs {
             phases,
             phase_sum: components.len() > 1,
             height_fog: height_falloff.is_some(),
+            translucent: *translucent,
             endless: *max_distance == f64::INFINITY,
             largest_g,
             cascades: if maps.kind() == MapKind::Cascades { maps.projections().len() } else { 0 },
@@ -122,6 +126,7 @@ impl Capabilities {
         phases: &[],
         phase_sums: false,
         height_fog: &[],
+        translucent: &[],
         endless_rays: false,
         limits: Limits::NOTHING,
     };
@@ -130,7 +135,7 @@ impl Capabilities {
     /// Cost: one look at each part; no texel is read.
     pub fn check(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
         // Exhaustive on purpose. Texels, depths and further sources add no feature to what the set-up says.
-        let Frame { setup, depth: _, shadow: _, texture: _, map_source: _ } = frame;
+        let Frame { setup, depth: _, shadow: _, texture: _, map_source: _, translucent: _ } = frame;
         self.check_setup(setup)
     }
 
@@ -146,6 +151,7 @@ impl Capabilities {
             phases,
             phase_sum,
             height_fog,
+            translucent,
             endless,
             largest_g,
             cascades,
@@ -160,6 +166,7 @@ impl Capabilities {
             phases: phase_kinds,
             phase_sums,
             height_fog: fog_lights,
+            translucent: dimmed_lights,
             endless_rays,
             limits: Limits { sun_g, lamp_g, cascades: most_cascades, layer_texels: most_texels },
         } = self;
@@ -187,6 +194,10 @@ impl Capabilities {
             let cure = without_or(fog_lights, "give a medium without height_falloff");
             format!("{} in height fog; {cure}", light.phrase())
         })?;
+        refuse_if(translucent && !dimmed_lights.contains(&light), || {
+            let cure = without_or(dimmed_lights, "give a frame without them");
+            format!("{} dimmed by translucent occluders; {cure}", light.phrase())
+        })?;
         let (where_, most_g) = match light {
             LightKind::Directional => ("under a sun", sun_g),
             LightKind::Point | LightKind::Spot => ("around a lamp", lamp_g),
@@ -211,6 +222,7 @@ impl Capabilities {
             phases,
             phase_sums,
             height_fog,
+            translucent,
             endless_rays,
             limits,
         } = self;
@@ -224,6 +236,9 @@ impl Capabilities {
         ];
         if !height_fog.is_empty() {
             rows.push(("height fog", names(height_fog)));
+        }
+        if !translucent.is_empty() {
+            rows.push(("translucent occluders", names(translucent)));
         }
         if endless_rays {
             rows.push(("rays", "finite, endless".into()));
@@ -244,12 +259,16 @@ impl Capabilities {
             phases,
             phase_sums,
             height_fog,
+            translucent,
             endless_rays,
             limits: Limits { sun_g, lamp_g, cascades: _, layer_texels: _ },
         } = self;
         let mut all = missing(lights);
         all.extend(missing(textures).into_iter().map(|light| format!("{light} with a colour texture")));
         all.extend(missing(height_fog).into_iter().map(|light| format!("{light} in height fog")));
+        all.extend(
+            missing(translucent).into_iter().map(|light| format!("{light} dimmed by translucent occluders")),
+        );
         all.extend(missing(maps));
         all.extend(missing(cameras));
         all.extend(missing(extinctions));

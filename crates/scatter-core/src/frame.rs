@@ -9,6 +9,7 @@ use crate::map_source::MapSource;
 use crate::medium::Medium;
 use crate::setup::Setup;
 use crate::shadow_map::ShadowMap;
+use crate::translucent::Translucent;
 
 /// Camera, depth, light with its shadows, medium: all that a technique reads. A [`Setup`] with its texels.
 #[derive(Clone, Copy)]
@@ -18,6 +19,7 @@ pub struct Frame<'a> {
     pub(crate) shadow: &'a ShadowMap<'a>,
     pub(crate) texture: Option<&'a LightTexture<'a>>,
     pub(crate) map_source: Option<&'a dyn MapSource>,
+    pub(crate) translucent: Option<&'a Translucent<'a>>,
 }
 
 impl<'a> Frame<'a> {
@@ -40,7 +42,7 @@ impl<'a> Frame<'a> {
             )));
         }
         let setup = Setup::new(camera, light, MapLayout::of(shadow)?, medium, max_distance)?;
-        Ok(Self { setup, depth, shadow, texture: None, map_source: None })
+        Ok(Self { setup, depth, shadow, texture: None, map_source: None, translucent: None })
     }
 
     /// The same frame with a colour texture in front of its light. Errors as those of [`Setup::with_texture`].
@@ -52,6 +54,13 @@ impl<'a> Frame<'a> {
     /// The same frame with a source of further maps of its scene.
     pub fn with_map_source(self, source: &'a dyn MapSource) -> Self {
         Self { map_source: Some(source), ..self }
+    }
+
+    /// The same frame with occluders that dim light on its way: smoke, hair. They add to the shadow map's opaque
+    /// surfaces; view rays are not dimmed. Errors as those of [`Setup::with_translucent`].
+    pub fn with_translucent(self, translucent: &'a Translucent<'a>) -> Result<Self, ModelError> {
+        let setup = self.setup.with_translucent(translucent)?;
+        Ok(Self { setup, translucent: Some(translucent), ..self })
     }
 
     /// The frame without its texels.
@@ -97,6 +106,11 @@ impl<'a> Frame<'a> {
     /// A source of further maps of the scene, where the caller has one.
     pub fn map_source(&self) -> Option<&'a dyn MapSource> {
         self.map_source
+    }
+
+    /// What dims its light on the way, where there is any.
+    pub fn translucent(&self) -> Option<&'a Translucent<'a>> {
+        self.translucent
     }
 
     /// Where the ray of pixel `(x, y)` ends: its surface, or `max_distance` if that is nearer.

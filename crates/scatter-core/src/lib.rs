@@ -21,12 +21,14 @@ mod phase;
 mod shadow_depth;
 mod shadow_map;
 mod texel_walk;
+mod translucent_segment;
 
 mod cube_faces;
 mod kinds;
 mod map_layout;
 mod map_source;
 mod setup;
+mod translucent;
 
 mod fog_facts;
 mod frame;
@@ -34,6 +36,7 @@ mod scene_facts;
 
 mod capabilities;
 
+mod dimmed_interval;
 mod fog_lamp;
 mod fog_lanes;
 mod lamp_interval;
@@ -48,6 +51,7 @@ pub mod parallel;
 mod ray_lanes;
 mod ray_layers;
 mod simd;
+mod translucent_capture;
 mod walked_radiance;
 
 mod option_table;
@@ -104,4 +108,7 @@ pub use sun_integral_f32::{SunIntegralF32, transmittances_f32, transmittances_of
 pub use sun_interval::{exp_f32, sun_interval, sun_interval_f32};
 pub use technique::{Configurable, MemoryBound, Rounding, Technique, TechniqueInfo, VolumetricShadow};
 pub use texel_walk::{TexelSpan, TexelWalk};
+pub use translucent::{Translucent, TranslucentLayer, TranslucentSource};
+pub use translucent_capture::TranslucentCapture;
+pub use translucent_segment::TranslucentSegment;
 pub use walked_radiance::walked_radiance;

@@ -65,9 +65,17 @@ impl MapLayout {
                 projections.len()
             )));
         }
+        Self::of_projections(kind, projections.iter().copied())
+    }
+
+    /// Of as many projections as the kind has.
+    pub(crate) fn of_projections(
+        kind: MapKind,
+        projections: impl Iterator<Item = MapProjection>,
+    ) -> Result<Self, ModelError> {
         let mut layout = Self { kind, ..Self::UNSHADOWED };
         for projection in projections {
-            layout.push(*projection)?;
+            layout.push(projection)?;
         }
         Ok(layout)
     }

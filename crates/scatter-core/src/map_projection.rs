@@ -119,6 +119,13 @@ impl MapProjection {
         Self { rows, perspective: parallel.is_none(), size }.checked()
     }
 
+    /// The same stretch of the world with another number of texels.
+    pub fn resized(&self, size: [u32; 2]) -> Result<Self, ModelError> {
+        let [u, v, depth] = self.rows;
+        let scale = |index: usize| f64::from(size[index]) / f64::from(self.size[index]);
+        Self { rows: [u * scale(0), v * scale(1), depth], perspective: self.perspective, size }.checked()
+    }
+
     /// For constants: what these rows mean is not checked.
     pub(crate) const fn from_rows_unchecked(rows: [DVec4; 3], perspective: bool, size: [u32; 2]) -> Self {
         Self { rows, perspective, size }
@@ -258,6 +265,17 @@ mod tests {
         // Looking along −z with y up, right is +x.
         let p = map.texel_from_world(DVec3::new(-1.75, 0.75, -3.0));
         assert!((p - DVec3::new(0.5, 0.5, 3.0)).length() < 1e-15, "{p}");
+    }
+
+    #[test]
+    fn a_resized_map_sees_the_same_stretch() {
+        let half =
+            MapProjection::perspective([1.0, 2.0, 3.0], [0.3, -0.8, 0.1], [0.0, 0.0, 1.0], 0.7, 32).unwrap();
+        let map = half.resized([64, 96]).unwrap();
+        let p = DVec3::new(1.2, -2.0, 2.9);
+        let (a, b) = (half.texel_from_world(p), map.texel_from_world(p));
+        assert!((b - a * DVec3::new(2.0, 3.0, 1.0)).length() < 1e-12 && map.size() == [64, 96], "{a} {b}");
+        assert!(half.resized([0, 4]).is_err());
     }
 
     #[test]

@@ -57,6 +57,17 @@ pub fn for_each_band<T: Send, U: Send>(
         .for_each(|(index, ((a, b), own))| work(index, a, b, own));
 }
 
+/// Calls both, side by side where the pool has a free thread.
+pub fn join(a: impl FnOnce() + Send, b: impl FnOnce() + Send) {
+    #[cfg(feature = "rayon")]
+    rayon::join(a, b);
+    #[cfg(not(feature = "rayon"))]
+    {
+        a();
+        b();
+    }
+}
+
 /// How many workers keep the pool busy: its threads; 1 without the feature `rayon`.
 pub fn worker_count() -> usize {
     #[cfg(feature = "rayon")]

@@ -36,6 +36,8 @@ pub struct SceneFacts {
     pub textured: bool,
     /// Whether anything casts a shadow.
     pub casts_shadow: bool,
+    /// Whether translucent occluders dim the light.
+    pub translucent: bool,
 }
 
 impl SceneFacts {
@@ -78,6 +80,7 @@ impl SceneFacts {
             component_count: scattering.count(),
             textured: setup.texture().is_some(),
             casts_shadow,
+            translucent: setup.translucent(),
         }
     }
 }

@@ -9,13 +9,14 @@ use crate::camera::Camera;
 use crate::clip_rows::ROUNDING;
 use crate::cube_faces::covers_the_sphere;
 use crate::error::ModelError;
-use crate::kinds::MapKind;
+use crate::kinds::{LightKind, MapKind};
 use crate::light::{DirectionalLight, Light};
 use crate::map_layout::MapLayout;
 use crate::map_projection::MapProjection;
 use crate::medium::Medium;
+use crate::translucent::Translucent;
 
-/// Camera, light, medium, range, and where the maps and the texture look. Checked once: a set-up that exists is
+/// Camera, light, medium, range, where the maps and the texture look, and whether anything dims the light. Checked once: a set-up that exists is
 /// sane. Copied as it is; about 2 KB.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setup<'a> {
@@ -25,6 +26,7 @@ pub struct Setup<'a> {
     pub(crate) max_distance: f64,
     pub(crate) maps: MapLayout,
     pub(crate) texture: Option<MapProjection>,
+    pub(crate) translucent: bool,
 }
 
 impl<'a> Setup<'a> {
@@ -41,8 +43,8 @@ impl<'a> Setup<'a> {
     ) -> Result<Self, ModelError> {
         check_range(max_distance, light, medium)?;
         check_lamp(camera, light)?;
-        check_maps(light, &maps)?;
-        Ok(Self { camera, light, medium, max_distance, maps, texture: None })
+        check_maps(MAP, light, &maps)?;
+        Ok(Self { camera, light, medium, max_distance, maps, texture: None, translucent: false })
     }
 
     /// The same with a colour texture in front of the light.
@@ -52,6 +54,18 @@ impl<'a> Setup<'a> {
     pub fn with_texture(self, projection: MapProjection) -> Result<Self, ModelError> {
         check_texture(self.light, &projection)?;
         Ok(Self { texture: Some(projection), ..self })
+    }
+
+    /// The same with translucent occluders.
+    ///
+    /// Captured layers look where shadow maps of the light look: the errors are those of such maps, and a number of layers
+    /// that no map of the light has (a sun: one or cascades; a spot: one or six faces; a lamp: six faces). A source fits
+    /// every light.
+    pub fn with_translucent(self, translucent: &Translucent<'_>) -> Result<Self, ModelError> {
+        if let Some(layout) = translucent.layout(LightKind::of(self.light))? {
+            check_maps("the map of translucent occluders", self.light, &layout)?;
+        }
+        Ok(Self { translucent: true, ..self })
     }
 
     /// The camera.
@@ -82,6 +96,11 @@ impl<'a> Setup<'a> {
     /// Where the texture in front of the light is.
     pub fn texture(&self) -> Option<&MapProjection> {
         self.texture.as_ref()
+    }
+
+    /// Whether there are translucent occluders.
+    pub fn translucent(&self) -> bool {
+        self.translucent
     }
 
     /// `[width, height]` of the image.
@@ -126,7 +145,7 @@ fn mismatch<T>(message: &str) -> Result<T, ModelError> {
     Err(ModelError::Mismatch(message.into()))
 }
 
-fn check_maps(light: &Light, maps: &MapLayout) -> Result<(), ModelError> {
+fn check_maps(what: &str, light: &Light, maps: &MapLayout) -> Result<(), ModelError> {
     let projections = maps.projections();
     match (light, maps.kind()) {
         (_, MapKind::Unshadowed) => Ok(()),
@@ -138,7 +157,7 @@ fn check_maps(light: &Light, maps: &MapLayout) -> Result<(), ModelError> {
                          in column-major order)",
                     );
                 }
-                check_direction(MAP, projection, sun)?;
+                check_direction(what, projection, sun)?;
             }
             Ok(())
         }
@@ -146,15 +165,15 @@ fn check_maps(light: &Light, maps: &MapLayout) -> Result<(), ModelError> {
             mismatch("a directional light needs an orthographic shadow map, cascades, or none")
         }
         (Light::Point(_) | Light::Spot(_), MapKind::Cube) => {
-            projections.iter().try_for_each(|projection| check_centre(MAP, light, projection))
+            projections.iter().try_for_each(|projection| check_centre(what, light, projection))
         }
-        (Light::Point(_) | Light::Spot(_), MapKind::Faces) => check_faces(light, projections),
+        (Light::Point(_) | Light::Spot(_), MapKind::Faces) => check_faces(what, light, projections),
         (Light::Point(_), _) => mismatch("a point light needs a cube shadow map, six faces, or none"),
         (Light::Spot(_), MapKind::Perspective) => {
             if !projections.iter().all(MapProjection::is_perspective) {
                 return mismatch("a spot light has a parallel shadow map; give a perspective projection");
             }
-            projections.iter().try_for_each(|projection| check_centre(MAP, light, projection))
+            projections.iter().try_for_each(|projection| check_centre(what, light, projection))
         }
         (Light::Spot(_), _) => {
             mismatch("a spot light needs a perspective or a cube shadow map, six faces, or none")
@@ -162,7 +181,7 @@ fn check_maps(light: &Light, maps: &MapLayout) -> Result<(), ModelError> {
     }
 }
 
-fn check_faces(light: &Light, faces: &[MapProjection]) -> Result<(), ModelError> {
+fn check_faces(what: &str, light: &Light, faces: &[MapProjection]) -> Result<(), ModelError> {
     for face in faces {
         let [width, height] = face.size();
         if !face.is_perspective() || width != height {
@@ -170,7 +189,7 @@ fn check_faces(light: &Light, faces: &[MapProjection]) -> Result<(), ModelError>
                 "a face of the cube map is parallel or not square; give six square perspective faces",
             );
         }
-        check_centre(MAP, light, face)?;
+        check_centre(what, light, face)?;
     }
     if covers_the_sphere(faces) {
         Ok(())
@@ -244,6 +263,7 @@ fn check_centre(what: &str, light: &Light, projection: &MapProjection) -> Result
 mod tests {
     use super::*;
     use crate::phase::Phase;
+    use crate::translucent::TranslucentLayer;
 
     const UP: [f64; 3] = [0.0, 0.0, 1.0];
     const DOWN: [f64; 3] = [0.0, -1.0, 0.0];
@@ -322,6 +342,33 @@ mod tests {
         assert!(said(&faces).contains("six square perspective faces"));
         faces[2] = whole;
         assert!(message(&sun(), MapLayout::new(MapKind::Faces, &faces), None).contains("cascades, or none"));
+    }
+
+    #[test]
+    fn translucent_layers_look_where_maps_of_the_light_look() {
+        let said = |light: &Light, projections: &[MapProjection]| {
+            let layers: Vec<_> =
+                projections.iter().map(|p| TranslucentLayer::new(*p, &[0; 5], &[]).unwrap()).collect();
+            let camera =
+                Camera::perspective([0.0; 3], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0], 60.0, [3, 2]).unwrap();
+            let medium = Medium::homogeneous([0.1; 3], [0.0; 3], Phase::Isotropic).unwrap();
+            let setup = Setup::new(&camera, light, MapLayout::UNSHADOWED, &medium, 10.0).unwrap();
+            let setup = setup.with_translucent(&Translucent::Captured(&layers));
+            setup.map_or_else(|error| error.to_string(), |setup| setup.translucent().to_string())
+        };
+        let faces: Vec<_> = (0..6).map(|face| MapProjection::cube_face(LAMP, face, 2).unwrap()).collect();
+        let point = Light::point(LAMP, [1.0; 3], 0.0).unwrap();
+        assert_eq!(said(&sun(), &[parallel(DOWN)]), "true");
+        assert_eq!(said(&sun(), &[parallel(DOWN); 3]), "true");
+        assert_eq!(said(&spot(), &[cone(LAMP, UP, DOWN)]), "true");
+        assert_eq!(said(&spot(), &faces), "true");
+        assert_eq!(said(&point, &faces), "true");
+        let off = said(&sun(), &[parallel([0.1, -1.0, 0.0])]);
+        assert!(off.starts_with("the map of translucent occluders does not look along"), "{off}");
+        assert!(said(&sun(), &[]).contains("0 translucent layers; give one layer, or one a cascade"));
+        assert!(said(&sun(), &[parallel(DOWN); 17]).contains("at most 16"));
+        assert!(said(&point, &faces[..1]).contains("a point light has 1 translucent layers; give six faces"));
+        assert!(said(&spot(), &[cone([1.0, 2.0, 3.1], UP, DOWN)]).contains("not at the lamp"));
     }
 
     #[test]

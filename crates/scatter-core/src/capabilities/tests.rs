@@ -5,6 +5,9 @@ use crate::camera::{Camera, Window};
 use crate::light::Light;
 use crate::map_layout::MapLayout;
 use crate::map_projection::MapProjection;
+use crate::map_source::MapError;
+use crate::translucent::{Translucent, TranslucentSource};
+use crate::translucent_segment::TranslucentSegment;
 
 /// All that the model has today, by name.
 const ALL: Capabilities = Capabilities {
@@ -16,6 +19,7 @@ const ALL: Capabilities = Capabilities {
     phases: PhaseKind::ALL,
     phase_sums: true,
     height_fog: LightKind::ALL,
+    translucent: LightKind::ALL,
     endless_rays: true,
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: 16, layer_texels: u64::MAX },
 };
@@ -153,6 +157,53 @@ fn height_fog_is_refused_by_the_kind_of_its_light() {
     assert_eq!(refused(suns, 5).unwrap_err(), reason);
     assert!(suns.to_string().contains("height fog: directional"));
     assert_eq!(suns.cannot(), ["a point light in height fog", "a spot light in height fog"]);
+}
+
+#[test]
+fn translucent_occluders_are_refused_by_the_kind_of_their_light() {
+    let (camera, medium) = (&cameras()[0], lobe(0.0, [0.0; 3]));
+    let source = NoOccluder;
+    let refused = |capabilities: Capabilities, light: usize| {
+        let (light, maps) = &lights()[light];
+        let setup = Setup::new(camera, light, *maps, &medium, 9.0).unwrap();
+        assert!(capabilities.check_setup(&setup).is_ok());
+        let setup = setup.with_translucent(&Translucent::Source(&source)).unwrap();
+        assert!(crate::SceneFacts::of_setup(&setup).translucent);
+        capabilities.check_setup(&setup).map_err(|unsupported| unsupported.reason.into_owned())
+    };
+    let none = Capabilities { translucent: &[], ..ALL };
+    let suns = Capabilities { translucent: &[LightKind::Directional], ..ALL };
+    assert!(refused(ALL, 0).is_ok() && refused(ALL, 3).is_ok() && refused(suns, 0).is_ok());
+    let reason = "a directional light dimmed by translucent occluders; give a frame without them";
+    assert_eq!(refused(none, 0).unwrap_err(), reason);
+    let reason = "a spot light dimmed by translucent occluders; give it without, or a directional light";
+    assert_eq!(refused(suns, 5).unwrap_err(), reason);
+    assert!(suns.to_string().contains("translucent occluders: directional"));
+    let cannot =
+        ["a point light dimmed by translucent occluders", "a spot light dimmed by translucent occluders"];
+    assert_eq!(suns.cannot(), cannot);
+}
+
+/// A source without occluders.
+struct NoOccluder;
+
+impl TranslucentSource for NoOccluder {
+    fn capture(
+        &self,
+        _: &MapProjection,
+        _: [u32; 4],
+        _: &mut dyn FnMut(u32, TranslucentSegment),
+    ) -> Result<(), MapError> {
+        Ok(())
+    }
+
+    fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+        None
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        0
+    }
 }
 
 #[test]

@@ -14,6 +14,9 @@ use super::{DEFAULT_RESOLUTION, Shot, ShotLight};
 use crate::error::{Checked, Fault};
 use crate::radiance_image::checked_image_size;
 use crate::scene::Scene;
+use crate::translucent::{
+    OccluderValues, ParticleValues, StrandValues, checked_density, checked_opacity, checked_radius,
+};
 
 /// Optical depth over the scene's diagonal of the medium that a mesh alone is shown in.
 const BARE_OPTICAL_DEPTH: f64 = 0.5;
@@ -24,6 +27,8 @@ pub(super) struct Partial {
     light: Option<ShotLight>,
     further: Vec<ShotLight>,
     medium: Medium,
+    /// For points and lines of the mesh that have none of their own.
+    pub occluders: OccluderValues,
     notes: Vec<String>,
 }
 
@@ -63,7 +68,8 @@ pub(super) fn without_mesh(document: &Document<'_>, text: &ShotText, folder: &Pa
     let further = text.lights.iter().enumerate().map(|(i, light)| light_at(&format!("lights[{i}]"), light));
     let further = further.collect::<Checked<Vec<_>>>()?;
     let medium = medium_of(document, &text.medium, &mut notes)?;
-    Ok(Partial { camera, light, further, medium, notes })
+    let occluders = occluder_values(document, text)?;
+    Ok(Partial { camera, light, further, medium, occluders, notes })
 }
 
 /// Completes the shot with its mesh.
@@ -76,45 +82,33 @@ pub(super) fn with_mesh(
     let (camera, max_distance) = match (partial.camera, &text.camera) {
         (Some(camera), _) => camera,
         (None, Named::Gltf(name)) => {
-            let size = text.resolution.unwrap_or(DEFAULT_RESOLUTION);
-            let camera = picked_camera(&scene, Some(name), &document.place("camera"), size)?;
-            let max_distance = match text.max_distance {
-                Some(distance) => distance,
-                None => diagonal(&scene, &document.place("camera"))?,
-            };
-            (camera, max_distance)
-        }
-        (None, Named::Inline(_)) => unreachable!("an inline camera was resolved before"),
+            let radius = |key: &str, value: Option<f64>| {
+        let place = || document.place(key);
+        value.map(|value| checked_radius(value, || "the value".to_owned(), place)).transpose()
     };
-    let light = match (partial.light, &text.light) {
-        (Some(light), _) => light,
-        (None, Named::Gltf(name)) => {
-            ShotLight { light: picked_light(&scene, Some(name), &document.place("light"))?, texture: None }
-        }
-        (None, Named::Inline(_)) => unreachable!("an inline light was resolved before"),
+    let density = |value: Option<f64>| {
+        let place = || document.place("particles.density");
+        value.map(|value| checked_density(value, || "the value".to_owned(), place)).transpose()
     };
-    let mut lights = vec![light];
-    lights.extend(partial.further);
-    for (i, light) in lights.iter().enumerate() {
-        let key = if i == 0 { "light".to_owned() } else { format!("lights[{}]", i - 1) };
-        check_apart(&camera, &light.light, &document.place(&key))?;
-    }
-    let mut notes = partial.notes;
-    notes.extend(scene.notes.iter().cloned());
-    Ok(Shot { name: String::new(), camera, lights, medium: partial.medium, max_distance, scene, notes })
-}
-
-/// A mesh as a shot of its own.
-pub(super) fn bare_shot(scene: Scene) -> Checked<Shot> {
-    let camera = picked_camera(&scene, None, "", DEFAULT_RESOLUTION)?;
-    let light = picked_light(&scene, None, "")?;
-    check_apart(&camera, &light, "")?;
-    let max_distance = diagonal(&scene, "")?;
-    let medium = Medium::homogeneous([BARE_OPTICAL_DEPTH / max_distance; 3], [0.0; 3], Phase::Isotropic)
-        .map_err(|error| fault_at(String::new(), &error))?;
-    let notes = scene.notes.clone();
-    let lights = vec![ShotLight { light, texture: None }];
-    Ok(Shot { name: String::new(), camera, lights, medium, max_distance, scene, notes })
+    let opacity = |value: Option<f64>| {
+        let place = || document.place("strands.opacity");
+        value.map(|value| checked_opacity(value, || "the value".to_owned(), place)).transpose()
+    };
+    let particles = match &text.particles {
+        None => None,
+        Some(particles) => Some(ParticleValues {
+            radius: radius("particles.radius", particles.radius)?,
+            density: density(particles.density)?,
+        }),
+    };
+    let strands = match &text.strands {
+        None => None,
+        Some(strands) => Some(StrandValues {
+            radius: radius("strands.radius", strands.radius)?,
+            opacity: opacity(strands.opacity)?,
+        }),
+    };
+    Ok(OccluderValues { particles, strands })
 }
 
 fn camera_of(document: &Document<'_>, text: &CameraText) -> Checked<Camera> {
@@ -280,9 +274,14 @@ fn checked_distance(document: &Document<'_>, key: &str, distance: f64) -> Checke
     Err(Fault::invalid(document.place(key), format!("the value {distance}"), "give a distance > 0"))
 }
 
-/// The diagonal of the box around all triangles.
+/// The diagonal of the box around all triangles, particles and strands.
 fn diagonal(scene: &Scene, place: &str) -> Checked<f64> {
-    let corners = || scene.triangles.iter().flatten().map(|&i| scene.positions[i as usize]);
+    let corners = || {
+        let particles = scene.particles.iter().flat_map(|p| [p.centre - p.radius, p.centre + p.radius]);
+        let strands = scene.strands.vertices().iter().map(|vertex| vertex.position);
+        let triangles = scene.triangles.iter().flatten().map(|&i| scene.positions[i as usize]);
+        triangles.chain(particles).chain(strands)
+    };
     let low = corners().fold(DVec3::INFINITY, DVec3::min);
     let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
     let diagonal = low.distance(high);

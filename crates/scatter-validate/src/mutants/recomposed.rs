@@ -68,6 +68,7 @@ pub(super) static INFO: TechniqueInfo = TechniqueInfo::of_reference(
         lights: &[LightKind::Directional, LightKind::Point],
         textures: &[],
         height_fog: &[],
+        translucent: &[],
         ..ShadowMapWalk::CAPABILITIES
     },
 );

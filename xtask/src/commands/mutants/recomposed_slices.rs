@@ -61,6 +61,7 @@ pub static INFO: TechniqueInfo = TechniqueInfo::of_reference(
         lights: &[LightKind::Directional],
         textures: &[],
         height_fog: &[],
+        translucent: &[],
         ..epipolar::CAPABILITIES
     },
 );
