@@ -1,0 +1,4 @@
+//! One view ray: where it is lit, and how much of the light is left there.
+
+pub mod dimmed_light;
+pub mod lit_parts;
