@@ -54,7 +54,8 @@ fn without_translucent_occluders_it_is_the_exact_walk() {
             worst = worst.max(found.largest());
         }
         for side in [257, 600] {
-            let frame = OwnedFrame::stock(kind, [17, 9], side, Filling::Random { seed: 3, far: 9.0 });
+            // An even number of columns: in the middle one a ray runs along a border of texels, where rounding decides.
+            let frame = OwnedFrame::stock(kind, [16, 9], side, Filling::Random { seed: 3, far: 9.0 });
             let truth = values(&frame.render(&mut ShadowMapWalk::new()));
             let image = frame.render(&mut Avsm::new(Options::default()));
             let found = differing(&image, &truth, &walked(&frame.unoccluded()), ROUNDING);
@@ -71,7 +72,7 @@ fn opaque_surfaces_in_the_curves_are_those_of_the_map() {
     let mut worst = 0.0f64;
     for kind in MapKind::ALL {
         let side = 24;
-        let mut frame = OwnedFrame::stock(kind, [15, 8], side, Filling::Random { seed: 5, far: 9.0 });
+        let mut frame = OwnedFrame::stock(kind, [14, 9], side, Filling::Random { seed: 5, far: 9.0 });
         frame.medium = coloured_medium();
         let truth = values(&frame.render(&mut ShadowMapWalk::new()));
         for (curve, between) in [

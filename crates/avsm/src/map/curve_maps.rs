@@ -67,7 +67,8 @@ impl CurveMaps {
                     Occluders::Captured(self.capture.capture(*source, projection, limit)?)
                 }
             };
-            self.layers[index].build(&LayerInput { projection: *projection, occluders, opaque }, options)?;
+            self.layers[index]
+                .build(&LayerInput { projection: *projection, occluders, opaque, index }, options)?;
         }
         self.count = projections.len();
         Ok(())

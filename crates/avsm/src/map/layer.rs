@@ -47,6 +47,8 @@ pub struct LayerInput<'a> {
     pub occluders: Occluders<'a>,
     /// Opaque surfaces that are to be in the curves.
     pub opaque: Option<&'a ShadowMap<'a>>,
+    /// Which layer of the light it is.
+    pub index: usize,
 }
 
 impl LayerInput<'_> {
@@ -60,7 +62,7 @@ impl LayerInput<'_> {
 
     /// The opaque surface of a texel as a segment.
     fn surface(&self, texel: usize) -> Option<TranslucentSegment> {
-        let depth = opaque_depth(self.opaque?, &self.projection, self.place(texel));
+        let depth = opaque_depth(self.opaque?, self.index, &self.projection, self.place(texel));
         (depth < f32::INFINITY).then_some(TranslucentSegment {
             entry: depth,
             exit: depth,

@@ -3,13 +3,13 @@
 use scatter_core::{MapProjection, ShadowMap};
 
 /// Depth, in the curve map, of what the shadow map stores on the light ray through the centre of texel `(i, j)`; `+∞` if it
-/// stores nothing there. By nearest texel of the first layer that contains the ray: where a curve map has the shadow map's
-/// own texels, its own depths.
-pub fn opaque_depth(shadow: &ShadowMap<'_>, map: &MapProjection, [i, j]: [u32; 2]) -> f32 {
+/// stores nothing there. By nearest texel, of layer `own` if the ray lies in it, else of the first that contains the ray: a
+/// cascade's curves go on where the finer one ends.
+pub fn opaque_depth(shadow: &ShadowMap<'_>, own: usize, map: &MapProjection, [i, j]: [u32; 2]) -> f32 {
     let Some((origin, step)) = map.light_ray(f64::from(i) + 0.5, f64::from(j) + 0.5) else {
         return f32::INFINITY;
     };
-    let found = shadow.layers().find_map(|layer| {
+    let found = shadow.layer(own).into_iter().chain(shadow.layers()).find_map(|layer| {
         let projection = layer.projection();
         // The ray has one place in a map of the same light, whatever its depth: that of its way from a lamp, where all rays
         // start, and of its start in a sun's.

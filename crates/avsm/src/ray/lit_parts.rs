@@ -88,3 +88,54 @@ fn lit_part(surface: f64, path: &MapRay, span: &TexelSpan) -> Option<(f64, f64)>
     }
     .filter(|(a, b)| a < b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scatter_core::lit_stretches;
+    use scatter_testing::{Filling, MapKind, OwnedFrame};
+
+    /// Blocks pass what they can, and what is left is what the walk of all texels finds, by core's own walk. Of an
+    /// even number of columns none runs along a border of texels, where rounding decides.
+    #[test]
+    fn lit_parts_are_those_of_the_walk_of_all_texels() {
+        let mut parts = 0;
+        for kind in MapKind::ALL {
+            for (side, filling) in [
+                (24, Filling::Random { seed: 5, far: 9.0 }),
+                (257, Filling::Constant(4.0)),
+                (600, Filling::Random { seed: 3, far: 9.0 }),
+            ] {
+                let frame = OwnedFrame::stock(kind, [16, 9], side, filling);
+                frame.with(|frame| {
+                    let mut pyramids = ShadowPyramids::default();
+                    pyramids.build(frame).unwrap();
+                    for (x, y) in (0..9).flat_map(|y| (0..16).map(move |x| (x, y))) {
+                        let (ray, end) = (frame.camera().pixel_ray(x, y), frame.ray_end(x, y));
+                        let mut found: Vec<[f64; 2]> = Vec::new();
+                        pyramids.lit_parts(frame, &ray, end, |a, b| match found.last_mut() {
+                            Some(last) if last[1] == a => last[1] = b,
+                            _ => found.push([a, b]),
+                        });
+                        let mut expected = Vec::new();
+                        let maps = (frame.shadow(), frame.setup().maps());
+                        lit_stretches(maps, frame.camera().eye(), &ray, [0.0, end], |a, b| expected.push([a, b]));
+                        parts += expected.len();
+                        // Points in the middle of either's parts are in the other's, but for slits.
+                        for (own, other) in [(&found, &expected), (&expected, &found)] {
+                            for [a, b] in own.iter().filter(|[a, b]| b - a > 1e-9) {
+                                let covered: f64 =
+                                    other.iter().map(|[c, d]| (d.min(*b) - c.max(*a)).max(0.0)).sum();
+                                assert!(
+                                    (covered - (b - a)).abs() < 1e-9,
+                                    "{kind:?} {side} ({x}, {y}): {a} to {b}, {covered}\n{found:?}\n{expected:?}"
+                                );
+                            }
+                        }
+                    }
+                });
+            }
+        }
+        assert!(parts > 10_000, "{parts}");
+    }
+}
