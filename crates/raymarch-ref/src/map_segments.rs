@@ -34,19 +34,33 @@ pub fn visit_segments(
     }
     match shadow {
         ShadowMap::Unshadowed => visit(Segment { layer: None, start: 0.0, end }),
-        ShadowMap::Orthographic(layer) | ShadowMap::Perspective(layer) => {
-            cascade(std::slice::from_ref(layer), 0, eye, ray, (0.0, end), visit);
-        }
-        ShadowMap::Cascades(layers) => cascade(layers, 0, eye, ray, (0.0, end), visit),
         // Faces may overlap: the first that contains a point decides, as with cascades.
-        ShadowMap::Faces(layers) => cascade(layers.as_slice(), 0, eye, ray, (0.0, end), visit),
+        ShadowMap::Orthographic(_)
+        | ShadowMap::Perspective(_)
+        | ShadowMap::Cascades(_)
+        | ShadowMap::Faces(_) => {
+            let projection_of = |index| shadow.layer(index).map(|layer: ShadowLayer<'_>| *layer.projection());
+            visit_layers(&projection_of, eye, ray, (0.0, end), visit);
+        }
         ShadowMap::Cube(cube) => faces(cube.position(), eye, ray, end, visit),
     }
 }
 
+/// The same for the part `(a, b)` of a ray and layers of which the first that contains a point decides, up to the first
+/// index for which there is none.
+pub fn visit_layers(
+    projection_of: &dyn Fn(usize) -> Option<MapProjection>,
+    eye: DVec3,
+    ray: &ViewRay,
+    part: (f64, f64),
+    visit: &mut dyn FnMut(Segment),
+) {
+    cascade(projection_of, 0, eye, ray, part, visit);
+}
+
 /// Cuts the part `(a, b)` by the layer `index` and gives what it leaves to the next ones.
 fn cascade(
-    layers: &[ShadowLayer<'_>],
+    projection_of: &dyn Fn(usize) -> Option<MapProjection>,
     index: usize,
     eye: DVec3,
     ray: &ViewRay,
@@ -56,17 +70,16 @@ fn cascade(
     if !(a < b) {
         return;
     }
-    let Some(layer) = layers.get(index) else {
+    let Some(projection) = projection_of(index) else {
         return visit(Segment { layer: None, start: a, end: b });
     };
-    let projection = layer.projection();
     let path = projection.ray(eye, ray.origin, ray.direction);
-    match inside(projection, &path, a, b) {
-        None => cascade(layers, index + 1, eye, ray, (a, b), visit),
+    match inside(&projection, &path, a, b) {
+        None => cascade(projection_of, index + 1, eye, ray, (a, b), visit),
         Some((start, end)) => {
-            cascade(layers, index + 1, eye, ray, (a, start), visit);
+            cascade(projection_of, index + 1, eye, ray, (a, start), visit);
             visit(Segment { layer: Some(index), start, end });
-            cascade(layers, index + 1, eye, ray, (end, b), visit);
+            cascade(projection_of, index + 1, eye, ray, (end, b), visit);
         }
     }
 }

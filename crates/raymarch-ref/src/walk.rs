@@ -2,18 +2,24 @@
 //!
 //! Visibility is that of the map by nearest texel; each lit stretch is integrated in closed form. There is no step
 //! size and so no step error: this is what a technique that reads this shadow map can reach at best. f64.
+//!
+//! Translucent occluders dim it by nearest texel too, through segments that were captured for the texels' centres: of the
+//! layers that the frame brings, or of its source, at the shadow map's own texels.
 
+mod dimmed_parts;
 mod map_path;
 mod min_max_tree;
 mod texel_walk;
 
 use glam::DVec3;
 use scatter_core::{
-    Capabilities, Frame, LightTexture, RayLight, RenderError, RenderStats, ScatterImage, SceneFacts,
-    StageClock, ViewRay, VolumetricShadow, parallel,
+    Capabilities, Frame, LightKind, LightTexture, MapKind, RayLight, RenderError, RenderStats, ScatterImage,
+    SceneFacts, StageClock, Translucent, TranslucentCapture, TranslucentLayer, Unsupported, ViewRay,
+    VolumetricShadow, parallel,
 };
 
 use crate::map_segments::{inside, visit_segments};
+use dimmed_parts::dimmed_radiance;
 use map_path::MapPath;
 use min_max_tree::MinMaxTrees;
 use texel_walk::{LitParts, walk_layer};
@@ -32,6 +38,8 @@ pub struct ShadowMapWalk {
     skips: bool,
     /// Texels and blocks that each band of the image asked for.
     asked: Vec<u64>,
+    /// Segments of translucent occluders that come from a source, one for each layer of the shadow map.
+    captures: Vec<TranslucentCapture>,
 }
 
 impl Default for ShadowMapWalk {
@@ -42,11 +50,14 @@ impl Default for ShadowMapWalk {
 
 impl ShadowMapWalk {
     /// All of the model: what [`VolumetricShadow::capabilities`] of a walk are.
-    pub const CAPABILITIES: Capabilities = crate::EVERYTHING;
+    pub const CAPABILITIES: Capabilities = Capabilities {
+        translucent: &[LightKind::Directional, LightKind::Point, LightKind::Spot],
+        ..crate::EVERYTHING
+    };
 
     /// The walk that skips uniform blocks of the map by a min/max quadtree.
     pub fn new() -> Self {
-        Self { trees: MinMaxTrees::default(), skips: true, asked: Vec::new() }
+        Self { trees: MinMaxTrees::default(), skips: true, asked: Vec::new(), captures: Vec::new() }
     }
 
     /// The walk that asks every texel: the same image to the last bit, many times slower. What the other one is
@@ -55,14 +66,22 @@ impl ShadowMapWalk {
         Self { skips: false, ..Self::new() }
     }
 
-    fn pixel(&self, frame: &Frame<'_>, x: u32, y: u32) -> (DVec3, u64) {
+    fn pixel(&self, frame: &Frame<'_>, translucent: &[TranslucentLayer<'_>], x: u32, y: u32) -> (DVec3, u64) {
         let eye = frame.camera().eye();
         let ray = frame.camera().pixel_ray(x, y);
         let light = RayLight::new(frame.light(), frame.medium(), eye, &ray);
         let mut sum = DVec3::ZERO;
         let asked = self.visit_lit(frame, x, y, |a, b| match frame.texture() {
-            None => sum += light.interval(a, b),
-            Some(texture) => add_coloured(texture, eye, &ray, &light, (a, b), &mut sum),
+            None if translucent.is_empty() => sum += light.interval(a, b),
+            None => sum += dimmed_radiance(translucent, eye, &ray, &light, (a, b)),
+            Some(texture) => add_coloured(texture, eye, &ray, (a, b), &mut |colour, a, b| {
+                sum += tint(colour)
+                    * if translucent.is_empty() {
+                        light.interval(a, b)
+                    } else {
+                        dimmed_radiance(translucent, eye, &ray, &light, (a, b))
+                    };
+            }),
         });
         (sum, asked)
     }
@@ -104,6 +123,17 @@ impl VolumetricShadow for ShadowMapWalk {
         Self::CAPABILITIES
     }
 
+    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
+        self.capabilities().check(frame)?;
+        let has_source = frame.translucent().is_some_and(|translucent| translucent.source().is_some());
+        if has_source && frame.shadow().kind() == MapKind::Unshadowed {
+            let reason = "translucent occluders from a source without a shadow map, whose texels they would be captured \
+                          for; give a shadow map, or captured layers";
+            return Err(Unsupported { reason: reason.into() });
+        }
+        Ok(())
+    }
+
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
         self.supports(frame)?;
         let mut stats = RenderStats::default();
@@ -114,10 +144,25 @@ impl VolumetricShadow for ShadowMapWalk {
             self.trees.build(frame.shadow());
             clock.lap(&mut stats, "min-max tree");
         }
+        if let Some(Translucent::Source(source)) = frame.translucent() {
+            let layers = frame.setup().maps().projections();
+            self.captures.resize_with(layers.len(), TranslucentCapture::new);
+            for (capture, projection) in self.captures.iter_mut().zip(layers) {
+                capture.capture(*source, projection, TranslucentCapture::DEFAULT_LIMIT)?;
+            }
+            clock.lap(&mut stats, "capture");
+        }
         let mut asked = std::mem::take(&mut self.asked);
         asked.clear();
         asked.resize(height.div_ceil(TILE_SIDE) as usize, 0);
         let walk = &*self;
+        let captured: Vec<TranslucentLayer<'_>> = match frame.translucent() {
+            None => Vec::new(),
+            Some(Translucent::Captured(layers)) => layers.to_vec(),
+            Some(Translucent::Source(_)) => {
+                walk.captures.iter().filter_map(TranslucentCapture::layer).collect()
+            }
+        };
         let (inscattered, transmittance) = out.pixels_mut();
         let band_pixels = (width * TILE_SIDE) as usize;
         parallel::for_each_band(
@@ -129,7 +174,7 @@ impl VolumetricShadow for ShadowMapWalk {
                     for y in first_y..height.min(first_y + TILE_SIDE) {
                         for x in first_x..width.min(first_x + TILE_SIDE) {
                             let pixel = (y - first_y) as usize * width as usize + x as usize;
-                            let (sum, texels) = walk.pixel(frame, x, y);
+                            let (sum, texels) = walk.pixel(frame, &captured, x, y);
                             inscattered[pixel] = sum.as_vec3().to_array();
                             transmittance[pixel] = frame.transmittance(x, y).map(|t| t as f32);
                             asked[0] += texels;
@@ -140,23 +185,25 @@ impl VolumetricShadow for ShadowMapWalk {
         );
         clock.lap(&mut stats, "walk");
         stats.counts.push("shadow-map fetches", asked.iter().sum());
+        drop(captured);
         self.asked = asked;
         stats.counts.push("rays", u64::from(width) * u64::from(height));
         stats.push_modelled(&SceneFacts::of(frame));
-        stats.memory_bytes = self.trees.memory_bytes() + (self.asked.capacity() * size_of::<u64>()) as u64;
+        let captures: u64 = self.captures.iter().map(TranslucentCapture::memory_bytes).sum();
+        stats.memory_bytes =
+            captures + self.trees.memory_bytes() + (self.asked.capacity() * size_of::<u64>()) as u64;
         Ok(stats)
     }
 }
 
-/// Adds a lit stretch behind a colour texture: piece by piece of the texture's texels, neighbours of one colour
+/// Adds a lit stretch behind a colour texture, `add(colour, from, to)`: piece by piece of the texture's texels, neighbours of one colour
 /// together.
 fn add_coloured(
     texture: &LightTexture<'_>,
     eye: DVec3,
     ray: &ViewRay,
-    light: &RayLight<'_>,
     (a, b): (f64, f64),
-    sum: &mut DVec3,
+    add: &mut dyn FnMut([f32; 3], f64, f64),
 ) {
     let mut open: Option<([f32; 3], f64, f64)> = None;
     let mut push = |colour: [f32; 3], from: f64, to: f64| {
@@ -167,7 +214,7 @@ fn add_coloured(
             Some((same, _, end)) if *same == colour => *end = to,
             _ => {
                 if let Some((colour, from, to)) = open.replace((colour, from, to)) {
-                    *sum += tint(colour) * light.interval(from, to);
+                    add(colour, from, to);
                 }
             }
         }
@@ -186,7 +233,7 @@ fn add_coloured(
         }
     }
     if let Some((colour, from, to)) = open {
-        *sum += tint(colour) * light.interval(from, to);
+        add(colour, from, to);
     }
 }
 

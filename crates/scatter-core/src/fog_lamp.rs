@@ -87,6 +87,22 @@ impl<'a> FogLampIntegral<'a> {
         sum
     }
 
+    pub(crate) fn ray(&self) -> LampRay {
+        self.ray
+    }
+
+    pub(crate) fn cone(&self) -> Option<ConeOnRay> {
+        self.cone
+    }
+
+    /// The ray parameter at which ln p has grown by `growth` since `a`, and the integrand of [`Self::interval`] there, for a
+    /// unit of ln p.
+    pub(crate) fn integrand(&self, a: f64, growth: f64) -> (f64, DVec3) {
+        let start = self.ray.path(a);
+        let t = self.ray.parameter_at([a, start], growth);
+        (t, self.weighted([a, start], growth, 1.0))
+    }
+
     /// Adds the panels of one smooth interval.
     fn add_panels(&self, a: f64, b: f64, sum: &mut DVec3) {
         let [a, b] = self.with_fog(a, b);
@@ -112,7 +128,7 @@ impl<'a> FogLampIntegral<'a> {
                 self.add_panel([a, start], [done, step], sum);
             }
             done += step;
-            here = if done < length { self.t_of([a, start], done) } else { b };
+            here = if done < length { self.ray.parameter_at([a, start], done) } else { b };
         }
     }
 
@@ -174,37 +190,34 @@ impl<'a> FogLampIntegral<'a> {
         Point { distance, legs: [self.fog.optical_depth(1.0, t), lamp_leg], log_density }
     }
 
-    /// The ray parameter at which ln p has grown by `done` since `a`, where p is `start`.
-    fn t_of(&self, [a, start]: [f64; 2], done: f64) -> f64 {
-        // t − t₀ = (p − h²/p)/2, as a difference from the start: that keeps the digits of short intervals.
-        let h = self.ray.distance;
-        let advance = 0.5 * start * done.exp_m1() - 0.5 * (h / start) * h * (-done).exp_m1();
-        a + advance
-    }
-
     /// Adds one panel, `[done, done + step]` in ln p from the interval's start.
     fn add_panel(&self, from: [f64; 2], [done, step]: [f64; 2], sum: &mut DVec3) {
-        let h = self.ray.distance;
-        let sigma_t = DVec3::from(self.medium.sigma_t());
         for (node, weight) in NODES.iter().zip(WEIGHTS).take(POINTS) {
             let growth = done + step * (0.5 + 0.5 * node);
-            let path = from[1] * growth.exp();
-            let (ratio, inverse) = (path / h, h / path);
-            let sech = 2.0 / (ratio + inverse);
-            let haversine = ratio / (ratio + inverse);
-            let mut value = 0.5 * step * weight * sech / h;
-            if let Some(cone) = self.cone {
-                value *= cone.factor((ratio - inverse) / (ratio + inverse), sech);
-            }
-            let point = self.point(self.t_of(from, growth));
-            let depth = sigma_t * (point.legs[0] + point.legs[1]);
-            // Exponents first: the density may be large where nothing comes through.
-            let attenuation = DVec3::from(depth.to_array().map(|depth| {
-                let exponent = point.log_density - depth;
-                // NaN: an infinite density behind an infinite depth.
-                if exponent > -NO_LIGHT { exponent.exp() } else { 0.0 }
-            }));
-            *sum += self.medium.scattering_towards(haversine) * attenuation * value;
+            *sum += self.weighted(from, growth, 0.5 * step * weight);
         }
+    }
+
+    /// The integrand where ln p has grown by `growth`, for a unit of it, times `weight`.
+    fn weighted(&self, from: [f64; 2], growth: f64, weight: f64) -> DVec3 {
+        let h = self.ray.distance;
+        let sigma_t = DVec3::from(self.medium.sigma_t());
+        let path = from[1] * growth.exp();
+        let (ratio, inverse) = (path / h, h / path);
+        let sech = 2.0 / (ratio + inverse);
+        let haversine = ratio / (ratio + inverse);
+        let mut value = weight * sech / h;
+        if let Some(cone) = self.cone {
+            value *= cone.factor((ratio - inverse) / (ratio + inverse), sech);
+        }
+        let point = self.point(self.ray.parameter_at(from, growth));
+        let depth = sigma_t * (point.legs[0] + point.legs[1]);
+        // Exponents first: the density may be large where nothing comes through.
+        let attenuation = DVec3::from(depth.to_array().map(|depth| {
+            let exponent = point.log_density - depth;
+            // NaN: an infinite density behind an infinite depth.
+            if exponent > -NO_LIGHT { exponent.exp() } else { 0.0 }
+        }));
+        self.medium.scattering_towards(haversine) * attenuation * value
     }
 }

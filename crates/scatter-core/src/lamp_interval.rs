@@ -94,6 +94,14 @@ impl LampRay {
         if x < 0.0 { self.distance * (self.distance / (d - x)) } else { x + d }
     }
 
+    /// The ray parameter at which ln p has grown by `growth` since `a`, where p is `start`.
+    pub(crate) fn parameter_at(&self, [a, start]: [f64; 2], growth: f64) -> f64 {
+        // t − t₀ = (p − h²/p)/2, as a difference from the start: that keeps the digits of short intervals.
+        let h = self.distance;
+        let advance = 0.5 * start * growth.exp_m1() - 0.5 * (h / start) * h * (-growth).exp_m1();
+        a + advance
+    }
+
     /// `ln p(b) − ln p(a)`, to rounding for the shortest and the longest interval.
     pub(crate) fn log_path_ratio(&self, a: f64, b: f64) -> f64 {
         if b == f64::INFINITY {
@@ -141,6 +149,29 @@ impl<'a> LampIntegral<'a> {
         };
         cone.smooth_parts(self.ray, [a, b], |a, b| self.add_panels(a, b, &mut sum));
         sum
+    }
+
+    pub(crate) fn ray(&self) -> LampRay {
+        self.ray
+    }
+
+    pub(crate) fn cone(&self) -> Option<ConeOnRay> {
+        self.cone
+    }
+
+    /// The ray parameter at which ln p has grown by `growth` since `a`, and the integrand of [`Self::interval`] there, for a
+    /// unit of ln p.
+    pub(crate) fn integrand(&self, a: f64, growth: f64) -> (f64, DVec3) {
+        let h = self.ray.distance;
+        let start = self.ray.path(a);
+        let t = self.ray.parameter_at([a, start], growth);
+        let path = start * growth.exp();
+        let (ratio, inverse) = (path / h, h / path);
+        let sech = 2.0 / (ratio + inverse);
+        let haversine = ratio / (ratio + inverse);
+        let cone = self.cone.map_or(1.0, |cone| cone.factor((ratio - inverse) / (ratio + inverse), sech));
+        let attenuation = (-DVec3::from(self.medium.sigma_t()) * (t + self.ray.distance_at(t))).exp();
+        (t, self.medium.scattering_towards(haversine) * attenuation * (cone * sech / h))
     }
 
     /// Adds the panels of one smooth interval.

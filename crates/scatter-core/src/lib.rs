@@ -36,6 +36,7 @@ mod scene_facts;
 
 mod capabilities;
 
+mod dimmed_interval;
 mod fog_lamp;
 mod fog_lanes;
 mod lamp_interval;

@@ -16,11 +16,11 @@ use crate::sun_interval::sun_interval;
 /// Strength, phase and geometry of a light along one view ray; f64.
 #[derive(Debug, Clone)]
 pub struct RayLight<'a> {
-    kind: Kind<'a>,
+    pub(crate) kind: Kind<'a>,
 }
 
 #[derive(Debug, Clone)]
-enum Kind<'a> {
+pub(crate) enum Kind<'a> {
     Sun {
         /// `E · Σ σs·p`: constant along the ray, so the phase function stays out of every sum.
         source: DVec3,
@@ -87,6 +87,24 @@ impl<'a> RayLight<'a> {
                 let integral = FogLampIntegral::new(lamp_ray, cone, medium, fog, at_lamp);
                 Kind::FogLamp { intensity, integral }
             }
+        }
+    }
+
+    /// Where a lamp is, seen from the ray; `None` of a sun.
+    pub(crate) fn lamp_ray(&self) -> Option<LampRay> {
+        match &self.kind {
+            Kind::Sun { .. } | Kind::FogSun { .. } => None,
+            Kind::Lamp { integral, .. } => Some(integral.ray()),
+            Kind::FogLamp { integral, .. } => Some(integral.ray()),
+        }
+    }
+
+    /// A spot's cone along the ray.
+    pub(crate) fn cone(&self) -> Option<(ConeOnRay, LampRay)> {
+        match &self.kind {
+            Kind::Sun { .. } | Kind::FogSun { .. } => None,
+            Kind::Lamp { integral, .. } => integral.cone().map(|cone| (cone, integral.ray())),
+            Kind::FogLamp { integral, .. } => integral.cone().map(|cone| (cone, integral.ray())),
         }
     }
 

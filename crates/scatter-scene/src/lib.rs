@@ -22,6 +22,8 @@ mod scene;
 mod shot;
 mod texels;
 mod text;
+mod translucent;
+mod tree;
 mod truth;
 
 pub use atomic::{WriteSeek, write_atomically};
@@ -34,7 +36,7 @@ pub use error::{Fault, SceneError};
 pub use exr_file::{ExrSource, read_exr, read_exr_with_source, write_exr};
 pub use fit::{FittedMap, fit_map};
 pub use image_file::{Mask, encode_png, read_linear_rgb, read_mask, write_png};
-pub use limits::{MAX_COORDINATE, MAX_POSITIONS, MAX_TRIANGLES};
+pub use limits::{MAX_COORDINATE, MAX_OCCLUDERS, MAX_POSITIONS, MAX_TRIANGLES};
 pub use load::load_scene;
 pub use map_resolution::MapResolution;
 pub use maps::ShotMaps;
@@ -48,4 +50,5 @@ pub use raster::{
 pub use scatter_core::{MapError, MapSource};
 pub use scene::{Scene, SceneCamera, SceneLens, SceneLight, SceneLightKind};
 pub use shot::{OwnedTexture, Shot, ShotLight, load_shot};
+pub use translucent::{OccluderError, Occluders, Particle, StrandVertex, Strands};
 pub use truth::RaycastTruth;

@@ -11,6 +11,9 @@ pub const MAX_TRIANGLES: u64 = 100_000_000;
 /// Most vertices of one scene: 2.4 GB of positions, and every index fits a `u32`.
 pub const MAX_POSITIONS: u64 = 100_000_000;
 
+/// Most particles of one scene, and most vertices of its strands: 1.2 GB each.
+pub const MAX_OCCLUDERS: u64 = 30_000_000;
+
 /// Largest coordinate of a vertex \[world units\], either sign. Beyond it products of two edges leave the range of
 /// the f32 acceleration structures, and f64 resolves no more than a tenth of a unit anyway.
 pub const MAX_COORDINATE: f64 = 1e15;
@@ -40,4 +43,14 @@ pub(crate) fn checked_counts(place: impl Fn() -> String, triangles: u64, positio
     };
     let problem = format!("the scene has {count} {what} or more, the limit is {limit}");
     Err(Fault::too_large(place(), problem, "simplify it, or use fewer instances"))
+}
+
+/// Refuses a scene whose particles, or the vertices of its strands, would grow beyond the limit.
+pub(crate) fn checked_occluders(place: impl Fn() -> String, count: u64) -> Checked<()> {
+    if count <= MAX_OCCLUDERS {
+        return Ok(());
+    }
+    let problem =
+        format!("the scene has {count} particles or strand vertices or more, the limit is {MAX_OCCLUDERS}");
+    Err(Fault::too_large(place(), problem, "thin it out, or use fewer instances"))
 }

@@ -7,6 +7,7 @@ use glam::DVec3;
 use crate::error::{Checked, Fault, SceneError};
 use crate::regular_file::read_file;
 use crate::scene::Scene;
+use crate::translucent::OccluderValues;
 
 /// A vertex this many times farther out than nine tenths of the scene is told: ground planes and skies reach some
 /// thousand times as far as a model, mistakes 10⁹ times and more.
@@ -14,19 +15,29 @@ const STRAY_FACTOR: f64 = 1e6;
 
 /// Loads an OBJ, glTF or GLB file (by extension, in any case) as world-space triangles with cameras and lights.
 ///
+/// glTF points with `_RADIUS` and `_DENSITY`, and lines with `_RADIUS` and `_OPACITY`, become [`Scene::particles`] and
+/// [`Scene::strands`]; a shot file's `[particles]` and `[strands]` give these to points and lines that lack them, OBJ's too.
+///
 /// Materials whose alpha cuts parts out (glTF's `alphaMode` MASK, OBJ's `map_d`) become [`Scene::cutouts`]; images and
 /// libraries beside the file are read for that. Everything that changes the picture and is not done (blending,
-/// transmission, a light's range, points and lines, extensions that are not read) is an error or stands in
+/// transmission, a light's range, other points and lines, extensions that are not read) is an error or stands in
 /// [`Scene::notes`] by its name.
 ///
 /// Never panics, and allocates in proportion to the file and to the triangles that it really has, up to
-/// [`MAX_TRIANGLES`](crate::MAX_TRIANGLES). A file without a single triangle is an error; zero-area triangles with three different
+/// [`MAX_TRIANGLES`](crate::MAX_TRIANGLES). A file without a single triangle, particle or strand is an error; zero-area triangles with three different
 /// indices are kept, those that repeat an index (strips are joined with them) are dropped.
 pub fn load_scene(path: &Path) -> Result<Scene, SceneError> {
+    load_scene_with(path, &OccluderValues::default())
+}
+
+/// As [`load_scene`], with values for points and lines that have none of their own.
+pub(crate) fn load_scene_with(path: &Path, values: &OccluderValues) -> Result<Scene, SceneError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let scene = match extension.as_str() {
-        "obj" => crate::obj::read(&read_file(path)?, path.parent().unwrap_or(Path::new(""))),
-        "gltf" | "glb" => crate::gltf::read(&read_file(path)?, path.parent().unwrap_or(Path::new(""))),
+        "obj" => crate::obj::read(&read_file(path)?, path.parent().unwrap_or(Path::new("")), values),
+        "gltf" | "glb" => {
+            crate::gltf::read(&read_file(path)?, path.parent().unwrap_or(Path::new("")), values)
+        }
         _ => Err(Fault::unsupported(
             "",
             "this is no scene file by its name",
@@ -37,8 +48,9 @@ pub fn load_scene(path: &Path) -> Result<Scene, SceneError> {
 }
 
 fn checked_scene(mut scene: Scene) -> Checked<Scene> {
-    if scene.triangles.is_empty() {
-        let cure = "export faces: points, lines and triangles that repeat an index do not count";
+    if scene.triangles.is_empty() && scene.particles.is_empty() && scene.strands.is_empty() {
+        let cure = "export faces: points, lines and triangles that repeat an index do not count, but for \
+                    those that a shot's [particles] or [strands], or attributes of their own, give a size";
         return Err(Fault::invalid("", "no triangles", cure));
     }
     debug_assert!(scene.triangles.iter().flatten().all(|&i| (i as usize) < scene.positions.len()));
@@ -49,6 +61,9 @@ fn checked_scene(mut scene: Scene) -> Checked<Scene> {
 
 /// A line about the farthest vertex if it lies absurdly far from the others: boxes, maps and views then have to span it.
 fn stray_vertex(scene: &Scene) -> Option<String> {
+    if scene.triangles.is_empty() {
+        return None;
+    }
     // A thousand vertices tell where most are; the median is not moved by the stray ones.
     const SAMPLES: usize = 1000;
     let step = scene.triangles.len().div_ceil(SAMPLES);

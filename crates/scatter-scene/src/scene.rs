@@ -3,6 +3,7 @@
 use glam::{DMat4, DVec3};
 
 use crate::cutout::{AlphaMask, Cutout};
+use crate::translucent::{Particle, Strands};
 
 /// Two-sided triangles in world space, opaque or cut out by masks, with the cameras and lights that the file names.
 ///
@@ -18,6 +19,10 @@ pub struct Scene {
     pub cutouts: Vec<Cutout>,
     /// The masks that [`Self::cutouts`] name.
     pub masks: Vec<AlphaMask>,
+    /// Spheres of smoke that dim light, in the order of the file.
+    pub particles: Vec<Particle>,
+    /// Hair and other polylines that dim light, in the order of the file.
+    pub strands: Strands,
     /// Cameras in the order of the file's node hierarchy.
     pub cameras: Vec<SceneCamera>,
     /// KHR_lights_punctual lights in the order of the file's node hierarchy.

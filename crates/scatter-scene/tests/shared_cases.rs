@@ -12,6 +12,9 @@ use scatter_scene::{RaycastTruth, Scene, SceneCaster, Shot, load_shot, read_exr,
 /// value lies next to a rounding boundary may fall to its other side.
 const LARGEST_RELATIVE_RMSE: f64 = 1e-7;
 const LARGEST_BIAS: f64 = 1e-8;
+/// References with smoke are sampled: half of their samples move them by 5.8e-6, as they say themselves, and doubling the
+/// samples again would move them by less than that.
+const LARGEST_SAMPLED: [f64; 2] = [5.8e-6, 1e-6];
 
 /// The folder of shared references, or a visible note that the test is skipped.
 fn shared(test: &str) -> Option<PathBuf> {
@@ -73,7 +76,7 @@ fn the_error_figures_know_their_answers() {
 #[test]
 fn the_truth_is_the_reference_on_every_shared_case() {
     let Some(shared) = shared("the_truth_is_the_reference_on_every_shared_case") else { return };
-    let folders = ["cases", "cases-cutout", "cases-falloff"]
+    let folders = ["cases", "cases-cutout", "cases-falloff", "cases-smoke"]
         .map(|folder| std::fs::read_dir(shared.join(folder)).unwrap());
     let mut cases: Vec<_> = folders
         .into_iter()
@@ -102,7 +105,13 @@ fn the_truth_is_the_reference_on_every_shared_case() {
             shot.name,
             image.inscattered().len(),
         );
-        if !(rmse <= LARGEST_RELATIVE_RMSE && bias.abs() <= LARGEST_BIAS && non_finite == 0) {
+        let [largest_rmse, largest_bias] = if shot.scene.particles.is_empty() && shot.scene.strands.is_empty()
+        {
+            [LARGEST_RELATIVE_RMSE, LARGEST_BIAS]
+        } else {
+            LARGEST_SAMPLED
+        };
+        if !(rmse <= largest_rmse && bias.abs() <= largest_bias && non_finite == 0) {
             failed.push(shot.name);
         }
     }

@@ -34,6 +34,13 @@ impl Baseline<'_> {
         judged: &MapJudgedShot,
         overrides: &[(&str, &str)],
     ) -> Result<[Option<u32>; N], JudgeError> {
+        // A baseline that refuses the shot has no setting for it, and nothing is divided into its time.
+        let shot = judged.shot();
+        let mut renderer =
+            Renderer::configured(self.technique, Target::Quality(Quality::default()), overrides, shot)??;
+        if renderer.supports(shot)?.is_err() {
+            return Ok([None; N]);
+        }
         let mut search = StepSearch::new(self.most, |steps| self.figures_at(steps, judged, overrides));
         let mut found = [None; N];
         for (steps, level) in found.iter_mut().zip(levels) {

@@ -103,6 +103,18 @@ impl Renderer<'_> {
         }))
     }
 
+    /// Whether every light's frame of a shot is rendered.
+    pub(crate) fn supports(&mut self, shot: &StagedShot) -> Result<Result<(), Unsupported>, StageError> {
+        for index in 0..shot.light_count() {
+            let supported =
+                shot.with_frame(index, shot.camera(), |frame| self.of_light(index).supports(frame))?;
+            if supported.is_err() {
+                return Ok(supported);
+            }
+        }
+        Ok(Ok(()))
+    }
+
     /// The id of what renders.
     fn id(&self) -> &'static str {
         match self {
@@ -121,12 +133,8 @@ impl Renderer<'_> {
 
 /// Renders the shot once, and with `repeat` > 1 another `repeat` times for the time (the first run warms up).
 pub fn measure(shot: &StagedShot, renderer: &mut Renderer<'_>, repeat: u32) -> Result<Outcome, StageError> {
-    for index in 0..shot.light_count() {
-        let supported =
-            shot.with_frame(index, shot.camera(), |frame| renderer.of_light(index).supports(frame))?;
-        if let Err(unsupported) = supported {
-            return Ok(Outcome::Unsupported(unsupported));
-        }
+    if let Err(unsupported) = renderer.supports(shot)? {
+        return Ok(Outcome::Unsupported(unsupported));
     }
     let mut out = ScatterImage::new();
     let first = run(shot, renderer, 0, &mut out)?;

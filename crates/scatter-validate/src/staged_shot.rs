@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use scatter_core::{
     Camera, DepthMap, Frame, Light, Medium, ModelError, Projection, RenderError, SceneFacts, ShadowMap,
-    Window,
+    Translucent, Window,
 };
 use scatter_scene::{
     CasterError, MapError, MapResolution, MapSource, OwnedTexture, RasterDevice, RasterError, RasterScene,
@@ -246,6 +246,12 @@ impl StagedShot {
                 Some(raster) => raster,
                 None => &*self.caster as &dyn MapSource,
             });
+        // Smoke and hair of the scene, for whoever dims light by them; all others refuse the frame.
+        let translucent = self.caster.occluders().map(|occluders| Translucent::Source(occluders));
+        let frame = match &translucent {
+            Some(translucent) => frame.with_translucent(translucent).map_err(wrong)?,
+            None => frame,
+        };
         Ok(match &texture {
             Some(texture) => visit(&frame.with_texture(texture).map_err(wrong)?),
             None => visit(&frame),

@@ -5,6 +5,7 @@
 //! where they fit and u32 where not.
 
 use super::mesh::Mesh;
+use super::occluder_mesh::OccluderMesh;
 use glam::DVec3;
 use std::fmt::Write;
 
@@ -33,6 +34,8 @@ const BIN_CHUNK: u32 = 0x004e_4942;
 #[derive(Debug, Default)]
 pub(crate) struct GlbScene {
     meshes: Vec<(String, Mesh)>,
+    /// Meshes behind those: points and lines.
+    occluders: Vec<(String, OccluderMesh)>,
     /// PNG files; a mesh with texture coordinates is cut out by the first of them.
     textures: Vec<Vec<u8>>,
     nodes: Vec<(Option<NodeId>, Node)>,
@@ -51,6 +54,7 @@ pub(crate) struct NodeId(usize);
 pub(crate) struct Node {
     name: String,
     mesh: Option<MeshId>,
+    occluder: Option<usize>,
     translation: DVec3,
     /// Unit quaternion x, y, z, w.
     rotation: [f64; 4],
@@ -63,6 +67,7 @@ impl Node {
         Self {
             name: name.into(),
             mesh: None,
+            occluder: None,
             translation: DVec3::ZERO,
             rotation: [0.0, 0.0, 0.0, 1.0],
             scale: DVec3::ONE,
@@ -119,6 +124,13 @@ impl GlbScene {
         self.add_node(None, Node::new(name).mesh(mesh))
     }
 
+    /// Hangs points or lines at the top, unmoved.
+    pub(crate) fn add_occluder_node(&mut self, name: &str, mesh: OccluderMesh) -> NodeId {
+        self.occluders.push((name.to_owned(), mesh));
+        let node = Node { occluder: Some(self.occluders.len() - 1), ..Node::new(name) };
+        self.add_node(None, node)
+    }
+
     /// The file's bytes.
     pub(crate) fn to_bytes(&self) -> Vec<u8> {
         let mut binary = Vec::new();
@@ -169,6 +181,9 @@ impl GlbScene {
                 r#"{{"name":"{name}","primitives":[{{"attributes":{{{attributes}}},"indices":{},"material":{material}}}]}}"#,
                 position_accessor + 1,
             ));
+        }
+        for (name, mesh) in &self.occluders {
+            meshes.push(occluder_json(name, mesh, &mut binary, &mut views, &mut accessors));
         }
         let (mut cut_out, mut textures) = ("", String::new());
         for png in &self.textures {
@@ -223,6 +238,9 @@ impl GlbScene {
         if let Some(MeshId(mesh)) = node.mesh {
             member("mesh", mesh.to_string());
         }
+        if let Some(occluder) = node.occluder {
+            member("mesh", (self.meshes.len() + occluder).to_string());
+        }
         if node.translation != DVec3::ZERO {
             member("translation", format!("{:?}", node.translation.to_array().map(|x| x as f32)));
         }
@@ -239,6 +257,50 @@ impl GlbScene {
         json.push('}');
         json
     }
+}
+
+/// One mesh of points or lines; its data is appended.
+fn occluder_json(
+    name: &str,
+    mesh: &OccluderMesh,
+    binary: &mut Vec<u8>,
+    views: &mut Vec<String>,
+    accessors: &mut Vec<String>,
+) -> String {
+    let (mut low, mut high) = ([f32::MAX; 3], [f32::MIN; 3]);
+    for p in &mesh.positions {
+        (low, high) = ([0, 1, 2].map(|i| low[i].min(p[i])), [0, 1, 2].map(|i| high[i].max(p[i])));
+    }
+    let count = mesh.positions.len();
+    let mut attributes = format!(r#""POSITION":{}"#, accessors.len());
+    accessors.push(format!(
+        r#"{{"bufferView":{},"componentType":{FLOAT},"count":{count},"type":"VEC3","min":{low:?},"max":{high:?}}}"#,
+        views.len(),
+    ));
+    let positions = mesh.positions.iter().flatten().flat_map(|x| x.to_le_bytes());
+    views.push(append_view(binary, positions, Some(ARRAY_BUFFER)));
+    for (attribute, values) in &mesh.scalars {
+        // Writing to a string cannot fail.
+        let _ = write!(attributes, r#","{attribute}":{}"#, accessors.len());
+        accessors.push(format!(
+            r#"{{"bufferView":{},"componentType":{FLOAT},"count":{count},"type":"SCALAR"}}"#,
+            views.len(),
+        ));
+        views.push(append_view(binary, values.iter().flat_map(|x| x.to_le_bytes()), Some(ARRAY_BUFFER)));
+    }
+    let mut indices = String::new();
+    if !mesh.indices.is_empty() {
+        indices = format!(r#","indices":{}"#, accessors.len());
+        accessors.push(format!(
+            r#"{{"bufferView":{},"componentType":{UNSIGNED_INT},"count":{},"type":"SCALAR"}}"#,
+            views.len(),
+            mesh.indices.len(),
+        ));
+        let bytes = mesh.indices.iter().flat_map(|index| index.to_le_bytes());
+        views.push(append_view(binary, bytes, Some(ELEMENT_ARRAY_BUFFER)));
+    }
+    let mode = mesh.mode;
+    format!(r#"{{"name":"{name}","primitives":[{{"mode":{mode},"attributes":{{{attributes}}}{indices}}}]}}"#)
 }
 
 /// Appends bytes as a buffer view of their own, on a multiple of four; returns the view's JSON.

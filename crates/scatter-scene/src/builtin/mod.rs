@@ -9,13 +9,17 @@ mod glass;
 mod glb_writer;
 mod grove;
 mod grove_cards;
+mod hair;
 mod haze;
 mod lamp;
 mod mesh;
 mod nave;
 mod obj_writer;
+mod occluder_mesh;
 mod random;
 mod shot;
+mod smoke;
+mod smoke_and_hair;
 mod stage;
 mod sunset;
 mod terrain;
@@ -45,9 +49,11 @@ pub fn builtin_shots() -> &'static [BuiltinShot] {
     SHOTS
 }
 
-/// Variants of built-in shots, which are rendered where they are asked for by name.
+/// Variants of built-in shots, and shots of smoke and hair, which few techniques render: they are rendered where they are asked
+/// for by name.
 pub fn builtin_variants() -> &'static [BuiltinShot] {
-    static VARIANTS: &[BuiltinShot] = &[grove_cards::SHOT, valley_mist::SHOT];
+    static VARIANTS: &[BuiltinShot] =
+        &[grove_cards::SHOT, valley_mist::SHOT, smoke::SHOT, hair::SHOT, smoke_and_hair::SHOT];
     VARIANTS
 }
 

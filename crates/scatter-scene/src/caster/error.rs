@@ -1,5 +1,7 @@
 //! Why no rays can be cast against a scene.
 
+use crate::translucent::OccluderError;
+
 /// A scene that no rays can be cast against.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -36,6 +38,9 @@ pub enum CasterError {
         /// How many there may be.
         limit: usize,
     },
+    /// Smoke or hair that cannot dim light.
+    #[error(transparent)]
+    Occluder(#[from] OccluderError),
     /// A cut-out that is none.
     #[error("cut-out {index} {problem}")]
     BadCutout {

@@ -1,16 +1,12 @@
 //! Ray casts against a scene: an f32 tree proposes triangles, f64 arithmetic on welded vertices decides.
 
-mod bvh;
 mod cards;
-mod core_box;
 mod error;
 mod map_casts;
 mod ray_plane;
-mod ray_walk;
 mod scene_caster;
 mod weld;
 
-pub(crate) use bvh::{Bvh, F32_ROUNDING, Node, Pending};
 #[cfg(feature = "raster")]
 pub(crate) use cards::Cards;
 pub use error::CasterError;

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-use super::bvh::Bvh;
 use super::cards::{self, Card, Cards};
 use super::error::CasterError;
 use super::ray_plane::{RayPlane, Segment};
-use super::ray_walk::RayWalk;
 use super::weld;
 use crate::limits::MAX_COORDINATE;
 use crate::scene::Scene;
+use crate::translucent::Occluders;
+use crate::tree::{Bvh, RayWalk};
 
 /// A scene made ready for ray casts: f64 vertices, welded, and a tree over its triangles.
 ///
@@ -25,6 +25,7 @@ pub struct SceneCaster {
     cards: Cards,
     bvh: Bvh,
     bounds: Option<(DVec3, DVec3)>,
+    occluders: Option<Occluders>,
 }
 
 /// obvhs numbers up to twice as many nodes in 32 bits.
@@ -32,7 +33,7 @@ const LARGEST_COUNT: usize = 1 << 30;
 
 impl SceneCaster {
     /// Welds the vertices, drops triangles with two equal corners (they have no area and change no outline) and
-    /// builds the tree. A scene without triangles is fine: nothing is ever hit.
+    /// builds the tree, and another one over what dims light. A scene without triangles is fine: nothing is ever hit.
     pub fn new(scene: &Scene) -> Result<Self, CasterError> {
         for (what, found) in [("triangles", scene.triangles.len()), ("vertices", scene.positions.len())] {
             if found > LARGEST_COUNT {
@@ -52,6 +53,7 @@ impl SceneCaster {
             }
         }
         cards::check(scene)?;
+        let occluders = Occluders::new(scene)?;
         let welded = weld::weld(&scene.positions);
         let of_welded = |triangle: &[u32; 3]| {
             let mut indices = triangle.map(|index| welded.index_of[index as usize]);
@@ -81,7 +83,7 @@ impl SceneCaster {
             let vertex = scene.triangles[source as usize][corner];
             (source, renumbered[welded.index_of[vertex as usize] as usize])
         });
-        Ok(Self { positions, triangles, cards, bvh, bounds })
+        Ok(Self { positions, triangles, cards, bvh, bounds, occluders })
     }
 
     /// Lowest and highest corner of all triangles, world space; `None` without triangles.
@@ -89,12 +91,25 @@ impl SceneCaster {
         self.bounds
     }
 
-    /// Middle and radius of a sphere that holds all triangles but for strays, world space.
+    /// Smoke and hair of the scene, which dim light and stop no ray; the source of its frames
+    /// ([`Translucent::Source`](scatter_core::Translucent::Source)).
+    pub fn occluders(&self) -> Option<&Occluders> {
+        self.occluders.as_ref()
+    }
+
+    /// Middle and radius of a sphere that holds all triangles but for strays, and all that dims light, world space.
     pub(crate) fn sphere(&self) -> (DVec3, f64) {
         if self.has_strays() {
             return (self.bvh.centre, self.bvh.rest * 3f64.sqrt());
         }
-        let (low, high) = self.bounds.unwrap_or_default();
+        let (low, high) = match (self.bounds, &self.occluders) {
+            (bounds, None) => bounds.unwrap_or_default(),
+            (None, Some(occluders)) => occluders.bounds().into(),
+            (Some((low, high)), Some(occluders)) => {
+                let [other_low, other_high] = occluders.bounds();
+                (low.min(other_low), high.max(other_high))
+            }
+        };
         (0.5 * (low + high), (0.5 * (high - low)).length())
     }
 
@@ -112,7 +127,8 @@ impl SceneCaster {
     pub fn memory_bytes(&self) -> u64 {
         let vertices = self.positions.capacity() * size_of::<DVec3>();
         let triangles = self.triangles.capacity() * size_of::<[u32; 3]>();
-        (vertices + triangles) as u64 + self.cards.memory_bytes() + self.bvh.memory_bytes()
+        let occluders = self.occluders.as_ref().map_or(0, Occluders::memory_bytes);
+        (vertices + triangles) as u64 + self.cards.memory_bytes() + self.bvh.memory_bytes() + occluders
     }
 
     /// Distance > 0 to the first surface along the ray from `start` (world space) in the unit direction `along`, not

@@ -6,6 +6,7 @@ use scatter_core::{Camera, DepthMap, MapProjection, ModelError};
 
 use super::light_rectangle::{FlatRay, Rectangle};
 use crate::caster::SceneCaster;
+use crate::translucent::Occluders;
 
 /// Texels around the rectangle of what is seen. Below one a point at its edge could round to the outside, which
 /// counts as lit.
@@ -61,6 +62,12 @@ impl SunSpace {
             let depth = forward.dot(p);
             space.scene = space.scene.with(space.flat(p));
             space.depth = [space.depth[0].min(depth), space.depth[1].max(depth)];
+        }
+        // What dims light shadows as surfaces do.
+        for (p, radius) in caster.occluders().into_iter().flat_map(Occluders::balls) {
+            let (flat, depth) = (space.flat(p - centre), forward.dot(p - centre));
+            space.scene = space.scene.with(flat - radius).with(flat + radius);
+            space.depth = [space.depth[0].min(depth - radius), space.depth[1].max(depth + radius)];
         }
         space
     }

@@ -29,6 +29,24 @@ pub(super) struct NodeNumbers {
 #[serde(default)]
 pub(super) struct MeshNumbers {
     pub weights: Vec<f64>,
+    pub primitives: Vec<PrimitiveNumbers>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct PrimitiveNumbers {
+    pub attributes: OccluderAttributes,
+}
+
+/// Accessors of what points and lines bring along: names of our own, which `gltf` does not keep.
+#[derive(Deserialize, Default, Clone, Copy)]
+pub(super) struct OccluderAttributes {
+    #[serde(rename = "_RADIUS")]
+    pub radius: Option<usize>,
+    #[serde(rename = "_DENSITY")]
+    pub density: Option<usize>,
+    #[serde(rename = "_OPACITY")]
+    pub opacity: Option<usize>,
 }
 
 #[derive(Deserialize)]

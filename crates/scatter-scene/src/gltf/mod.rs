@@ -1,4 +1,4 @@
-//! glTF 2.0 and GLB as world-space f64 triangles, cut-outs, cameras and KHR_lights_punctual lights.
+//! glTF 2.0 and GLB as world-space f64 triangles, cut-outs, particles, strands, cameras and KHR_lights_punctual lights.
 //!
 //! In order of work: [`container`] splits the file, [`document`] parses its JSON by the crate `gltf`, [`exact`] reads
 //! the numbers that `gltf` rounds, [`extensions`] judges what the asset asks for, [`nodes`] places the nodes,
@@ -6,7 +6,10 @@
 //! the pose of [`skin`] and [`morph`]. What stays ours, and why: the guard before any accessor and the reading itself
 //! (`gltf` panics on some files, passes over bad bounds in silence and decodes to f32) and the numbers of nodes.
 //!
-//! Left out, with a note: points and lines, animations, blending and transmission, a light's range, extensions that are
+//! Points and lines are particles and strands ([`occluders`]), where they or the shot say how large they are and how much light
+//! they take.
+//!
+//! Left out, with a note: other points and lines, animations, blending and transmission, a light's range, extensions that are
 //! used and not read. An extension that is *required* and not read is an error, as the specification has it.
 
 mod accessor;
@@ -19,6 +22,7 @@ mod instances;
 mod material;
 mod morph;
 mod nodes;
+mod occluders;
 mod primitive;
 mod skin;
 mod uri;
@@ -27,7 +31,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::Path;
 
-use glam::DMat4;
+use glam::{DMat4, DVec3};
 
 use self::container::Buffers;
 use self::document::Document;
@@ -39,11 +43,12 @@ use self::primitive::{LeftOut, LocalMesh, Pose, decode, triangle_count};
 use self::skin::Skin;
 use crate::cutout::Cutout;
 use crate::error::{Checked, Fault};
-use crate::limits::{checked_counts, checked_position};
+use crate::limits::{checked_counts, checked_occluders, checked_position};
 use crate::scene::Scene;
+use crate::translucent::{OccluderValues, Particle, StrandVertex};
 
 /// Reads a GLB or glTF file; buffers and images beside it are looked for in `folder`.
-pub(crate) fn read(bytes: &[u8], folder: &Path) -> Checked<Scene> {
+pub(crate) fn read(bytes: &[u8], folder: &Path, values: &OccluderValues) -> Checked<Scene> {
     let (document, bin) = container::split(bytes)?;
     extensions::check_required(&document)?;
     let mut scene = Scene::default();
@@ -57,7 +62,7 @@ pub(crate) fn read(bytes: &[u8], folder: &Path) -> Checked<Scene> {
     }
     let mut materials = Materials::new(&document, &buffers, folder);
     let drawn = drawn(&document, &buffers, &nodes)?;
-    let left_out = add_meshes(&document, &buffers, &nodes, &drawn, &mut materials, &mut scene)?;
+    let left_out = add_meshes(&document, &buffers, &nodes, &drawn, &mut materials, values, &mut scene)?;
     let (masks, notes) = (materials.masks, materials.notes);
     scene.masks = masks;
     scene.notes.extend(notes);
@@ -105,6 +110,7 @@ fn add_meshes(
     nodes: &Nodes,
     drawn: &[Drawn<'_>],
     materials: &mut Materials<'_>,
+    values: &OccluderValues,
     scene: &mut Scene,
 ) -> Checked<LeftOut> {
     let mut left_out = LeftOut::default();
@@ -131,7 +137,7 @@ fn add_meshes(
                 };
                 let weights = weights.unwrap_or(&document.exact.meshes[drawn.mesh_idx].weights);
                 let pose = Pose { weights, skin };
-                let local = decode(document, buffers, materials, drawn.mesh_idx, &pose)?;
+                let local = decode(document, buffers, materials, values, drawn.mesh_idx, &pose)?;
                 left_out.add(local.left_out);
                 local
             }
@@ -194,6 +200,19 @@ fn add_instance(
     scene.triangles.extend(local.triangles.iter().map(|triangle| triangle.map(|idx| idx + first)));
     let placed = |cutout: &Cutout| Cutout { triangle: cutout.triangle + first_triangle, ..*cutout };
     scene.cutouts.extend(local.cutouts.iter().map(placed));
+    checked_occluders(place, (scene.particles.len() + local.particles.len()) as u64)?;
+    checked_occluders(place, (scene.strands.vertices().len() + local.strands.vertices().len()) as u64)?;
+    // Radii are world units, whatever the node's scale.
+    let world = |p_mesh: DVec3| checked_position(world_from_mesh.transform_point3(p_mesh), place);
+    for particle in &local.particles {
+        scene.particles.push(Particle { centre: world(particle.centre)?, ..*particle });
+    }
+    for strand in local.strands.iter() {
+        let placed =
+            |vertex: &StrandVertex| Ok(StrandVertex { position: world(vertex.position)?, ..*vertex });
+        let placed: Vec<StrandVertex> = strand.iter().map(placed).collect::<Checked<_>>()?;
+        scene.strands.push(placed);
+    }
     Ok(())
 }
 
@@ -201,6 +220,7 @@ impl LeftOut {
     fn add(&mut self, other: Self) {
         self.point_primitives += other.point_primitives;
         self.line_primitives += other.line_primitives;
+        self.half_lines += other.half_lines;
         self.degenerate += other.degenerate;
         self.incomplete += other.incomplete;
         self.unskinned += other.unskinned;
@@ -216,6 +236,7 @@ fn add_notes(document: &Document, left_out: LeftOut, notes: &mut Vec<String>) {
     };
     note(left_out.point_primitives, "point primitives are left out");
     note(left_out.line_primitives, "line primitives are left out");
+    note(left_out.half_lines, "line primitives end with half of a line, which is left out");
     note(left_out.degenerate, "triangles that repeat a vertex index are left out");
     note(left_out.incomplete, "primitives end with an incomplete triangle, which is left out");
     note(left_out.unskinned, "primitives of skinned meshes name no joints: they stand as their node does");

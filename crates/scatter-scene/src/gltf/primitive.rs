@@ -1,4 +1,5 @@
-//! Meshes: the triangles of a mesh's primitives, posed and cut out, with only the vertices that they use.
+//! Meshes: the triangles of a mesh's primitives, posed and cut out, with only the vertices that they use; its particles and
+//! strands.
 //!
 //! Source: Khronos, glTF 2.0 specification, section 3.7.2 (primitive modes). Files often let many primitives share
 //! one large vertex accessor, so each takes the vertices that its indices name, in order of first use.
@@ -13,21 +14,26 @@ use gltf::json::validation::Checked as Known;
 use super::accessor::{Elements, INDICES, TEX_COORD, accessor, vec3};
 use super::container::{Buffers, DECOMPRESS};
 use super::document::Document;
+use super::exact::OccluderAttributes;
 use super::material::{Coverage, Masking, Materials};
 use super::morph::Morph;
+use super::occluders::Sources;
 use super::skin::{Skin, Weighted};
 use crate::cutout::Cutout;
 use crate::error::{Checked, Fault};
+use crate::translucent::{OccluderValues, Particle, Strands};
 
 const DRACO: &str = "KHR_draco_mesh_compression";
 
-/// Triangles of one mesh: in its own space, or, with a skin, in the world's.
+/// Triangles, particles and strands of one mesh: in its own space, or, with a skin, in the world's.
 #[derive(Default)]
 pub(super) struct LocalMesh {
     pub positions: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
     /// By the index of a triangle in this mesh, ascending.
     pub cutouts: Vec<Cutout>,
+    pub particles: Vec<Particle>,
+    pub strands: Strands,
     pub left_out: LeftOut,
 }
 
@@ -36,6 +42,8 @@ pub(super) struct LocalMesh {
 pub(super) struct LeftOut {
     pub point_primitives: usize,
     pub line_primitives: usize,
+    /// Lines that end with half of a pair.
+    pub half_lines: usize,
     pub degenerate: usize,
     pub incomplete: usize,
     /// Primitives of a skinned mesh that name no joints.
@@ -61,41 +69,103 @@ pub(super) fn triangle_count(root: &Root, mesh: &Mesh) -> Checked<u64> {
     Ok(total)
 }
 
-/// Decodes the triangles of a mesh; the caller has checked their number against the limit.
+/// Decodes the triangles, particles and strands of a mesh; the caller has checked their number against the limit.
 pub(super) fn decode(
     document: &Document,
     buffers: &Buffers<'_>,
     materials: &mut Materials<'_>,
+    values: &OccluderValues,
     mesh_idx: usize,
     pose: &Pose<'_>,
 ) -> Checked<LocalMesh> {
     let mut local = LocalMesh::default();
+    let sources = Sources { root: &document.root, buffers, values };
     let mut skinned_count = 0;
     for (primitive_idx, primitive) in document.root.meshes[mesh_idx].primitives.iter().enumerate() {
         let place = || format!("meshes[{mesh_idx}].primitives[{primitive_idx}]");
-        let left_out = &mut local.left_out;
+        let unskinned_before = local.left_out.unskinned;
         match mode(primitive) {
-            Mode::Points => left_out.point_primitives += 1,
-            Mode::Lines | Mode::LineLoop | Mode::LineStrip => left_out.line_primitives += 1,
+            Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => {
+                let attributes = document.exact.meshes[mesh_idx].primitives[primitive_idx].attributes;
+                if !append_occluders(&sources, &attributes, primitive, pose, &place, &mut local)? {
+                    match mode(primitive) {
+                        Mode::Points => local.left_out.point_primitives += 1,
+                        _ => local.left_out.line_primitives += 1,
+                    }
+                    continue;
+                }
+            }
             Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => {
                 let is_morphed = pose.weights.iter().any(|weight| *weight != 0.0);
                 if is_morphed && document.moved_tex_coords.contains(&[mesh_idx, primitive_idx]) {
-                    left_out.moved_tex_coords += 1;
+                    local.left_out.moved_tex_coords += 1;
                 }
-                let unskinned_before = left_out.unskinned;
                 append(&document.root, buffers, materials, primitive, pose, &place, &mut local)?;
-                if pose.skin.is_some() && local.left_out.unskinned == unskinned_before {
-                    skinned_count += 1;
-                }
-                if skinned_count > 0 && local.left_out.unskinned > 0 {
-                    let problem = "some primitives of this skinned mesh name joints, others do not";
-                    let cure = "give all of them JOINTS_0 and WEIGHTS_0, or split the mesh";
-                    return Err(Fault::invalid(place(), problem, cure));
-                }
             }
+        }
+        if pose.skin.is_some() && local.left_out.unskinned == unskinned_before {
+            skinned_count += 1;
+        }
+        if skinned_count > 0 && local.left_out.unskinned > 0 {
+            let problem = "some primitives of this skinned mesh name joints, others do not";
+            let cure = "give all of them JOINTS_0 and WEIGHTS_0, or split the mesh";
+            return Err(Fault::invalid(place(), problem, cure));
         }
     }
     Ok(local)
+}
+
+/// Appends points and lines that have all their values. Whether they have.
+fn append_occluders(
+    sources: &Sources<'_>,
+    attributes: &OccluderAttributes,
+    primitive: &Primitive,
+    pose: &Pose<'_>,
+    place: &dyn Fn() -> String,
+    local: &mut LocalMesh,
+) -> Checked<bool> {
+    let &Sources { root, buffers, .. } = sources;
+    let mode = mode(primitive);
+    let Some(position) = attribute(primitive, Semantic::Positions) else { return Ok(false) };
+    // Its values say whether it is read at all: what is left out may be anything.
+    let vertex_count = accessor(root, position)?.count.0;
+    let Some(values) = sources.open(mode, attributes, vertex_count, place)? else { return Ok(false) };
+    check_not_compressed(root, primitive, position, place)?;
+    let (posed, indices) = opened(root, buffers, primitive, position, pose, place)?;
+    local.left_out.unskinned += usize::from(pose.skin.is_some() && posed.weighted.is_none());
+    let count = indices.as_ref().map_or(vertex_count, Elements::count);
+    let vertex = |i: u64| {
+        let old = indices.as_ref().map_or(i, |indices| indices.get(i)[0] as u64);
+        posed.checked_idx(old, place)
+    };
+    if mode == Mode::Points {
+        values.append_points(&posed, count, &vertex, place, &mut local.particles)?;
+    } else if values.append_lines(&posed, mode, count, &vertex, place, &mut local.strands)? {
+        local.left_out.half_lines += 1;
+    }
+    Ok(true)
+}
+
+/// The vertices and the indices of a primitive.
+fn opened<'a>(
+    root: &Root,
+    buffers: &'a Buffers<'_>,
+    primitive: &Primitive,
+    position: usize,
+    pose: &Pose<'a>,
+    place: &dyn Fn() -> String,
+) -> Checked<(Posed<'a>, Option<Elements<'a, 1>>)> {
+    let positions = Elements::open(root, buffers, position, &vec3("POSITION is"))?;
+    let indices = match primitive.indices {
+        Some(accessor) => Some(Elements::<1>::open(root, buffers, accessor.value(), &INDICES)?),
+        None => None,
+    };
+    let morph = Morph::open(root, buffers, primitive, pose.weights, positions.count(), place)?;
+    let weighted = match pose.skin {
+        None => None,
+        Some(skin) => Weighted::open(root, buffers, primitive, skin, positions.count(), place)?,
+    };
+    Ok((Posed { positions, morph, weighted }, indices))
 }
 
 fn append(
@@ -110,29 +180,21 @@ fn append(
     // Legal: an extension may supply the positions. Then there is nothing to draw without it.
     let Some(position) = attribute(primitive, Semantic::Positions) else { return Ok(()) };
     check_not_compressed(root, primitive, position, place)?;
-    let positions = Elements::open(root, buffers, position, &vec3("POSITION is"))?;
-    let indices = match primitive.indices {
-        Some(accessor) => Some(Elements::<1>::open(root, buffers, accessor.value(), &INDICES)?),
-        None => None,
-    };
-    let index_count = indices.as_ref().map_or(positions.count(), Elements::count);
+    let (posed, indices) = opened(root, buffers, primitive, position, pose, place)?;
+    let vertex_count = posed.positions.count();
+    let index_count = indices.as_ref().map_or(vertex_count, Elements::count);
     let mode = mode(primitive);
     if mode == Mode::Triangles && !index_count.is_multiple_of(3) {
         local.left_out.incomplete += 1;
     }
-    let morph = Morph::open(root, buffers, primitive, pose.weights, positions.count(), place)?;
-    let weighted = match pose.skin {
-        None => None,
-        Some(skin) => Weighted::open(root, buffers, primitive, skin, positions.count(), place)?,
-    };
-    local.left_out.unskinned += usize::from(pose.skin.is_some() && weighted.is_none());
-    let masked = match masked(root, buffers, materials, primitive, positions.count(), place)? {
+    local.left_out.unskinned += usize::from(pose.skin.is_some() && posed.weighted.is_none());
+    let masked = match masked(root, buffers, materials, primitive, vertex_count, place)? {
         Cut::Whole => None,
         Cut::Nothing => return Ok(()),
         Cut::Masked(masked) => Some(masked),
     };
-    let new_of_old = NewOfOld::new(index_count, positions.count());
-    let mut vertices = Vertices { local, positions, morph, weighted, new_of_old };
+    let new_of_old = NewOfOld::new(index_count, vertex_count);
+    let mut vertices = Vertices { local, posed, new_of_old };
     for i in 0..triangles_of(mode, index_count) {
         let corners = match mode {
             // Every other triangle of a strip is turned, so that all wind the same way.
@@ -250,12 +312,17 @@ impl Masked<'_> {
     }
 }
 
-/// Appends the vertices of one primitive as they are first used.
-struct Vertices<'a> {
-    local: &'a mut LocalMesh,
+/// The vertices of one primitive in their pose.
+pub(super) struct Posed<'a> {
     positions: Elements<'a, 3>,
     morph: Morph<'a>,
     weighted: Option<Weighted<'a>>,
+}
+
+/// Appends the vertices of one primitive as they are first used.
+struct Vertices<'a> {
+    local: &'a mut LocalMesh,
+    posed: Posed<'a>,
     new_of_old: NewOfOld,
 }
 
@@ -279,16 +346,36 @@ impl NewOfOld {
     }
 }
 
+impl Posed<'_> {
+    /// The index of a vertex if it is there.
+    fn checked_idx(&self, idx: u64, place: &dyn Fn() -> String) -> Checked<u64> {
+        if idx < self.positions.count() {
+            return Ok(idx);
+        }
+        let problem = format!("vertex index {idx}, but POSITION has {} elements", self.positions.count());
+        Err(Fault::invalid(place(), problem, "the file is damaged or was exported wrongly: export it again"))
+    }
+
+    /// Where a vertex that is there stands: in mesh space, or, with a skin, in the world's.
+    pub(super) fn at(&self, idx: u64, place: &dyn Fn() -> String) -> Checked<DVec3> {
+        let mut p_mesh = DVec3::from_array(self.positions.get(idx));
+        if let Some(displacement) = self.morph.displacement(idx) {
+            p_mesh += displacement;
+        }
+        if let Some(weighted) = &self.weighted {
+            p_mesh = weighted.world(idx, p_mesh, place)?;
+        }
+        if p_mesh.is_finite() {
+            return Ok(p_mesh);
+        }
+        let problem = format!("POSITION[{idx}] is {p_mesh}, not finite");
+        Err(Fault::invalid(place(), problem, "export the mesh with finite coordinates"))
+    }
+}
+
 impl Vertices<'_> {
     fn new_idx(&mut self, old: u64, place: &dyn Fn() -> String) -> Checked<u32> {
-        if old >= self.positions.count() {
-            let problem = format!("vertex index {old}, but POSITION has {} elements", self.positions.count());
-            return Err(Fault::invalid(
-                place(),
-                problem,
-                "the file is damaged or was exported wrongly: export it again",
-            ));
-        }
+        let old = self.posed.checked_idx(old, place)?;
         // MAX_TRIANGLES · 3 vertices fit a u32.
         let next = self.local.positions.len() as u32;
         let new = match &mut self.new_of_old {
@@ -296,17 +383,7 @@ impl Vertices<'_> {
             NewOfOld::Sparse(map) => map.entry(old).or_insert(u32::MAX),
         };
         if *new == u32::MAX {
-            let mut p_mesh = DVec3::from_array(self.positions.get(old));
-            if let Some(displacement) = self.morph.displacement(old) {
-                p_mesh += displacement;
-            }
-            if let Some(weighted) = &self.weighted {
-                p_mesh = weighted.world(old, p_mesh, place)?;
-            }
-            if !p_mesh.is_finite() {
-                let problem = format!("POSITION[{old}] is {p_mesh}, not finite");
-                return Err(Fault::invalid(place(), problem, "export the mesh with finite coordinates"));
-            }
+            let p_mesh = self.posed.at(old, place)?;
             *new = next;
             self.local.positions.push(p_mesh);
         }

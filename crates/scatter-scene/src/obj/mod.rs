@@ -1,13 +1,15 @@
-//! Wavefront OBJ: positions and faces as f64 triangles, with the line's number in every error.
+//! Wavefront OBJ: positions and faces as f64 triangles, points and lines as particles and strands where a shot gives them a
+//! size, with the line's number in every error.
 //!
 //! Source: the "Object Files" appendix of Wavefront's Advanced Visualizer manual. [`lines`] finds the statements,
-//! [`polygon`] cuts polygons, [`library`] reads materials through the crate `tobj`. The statements themselves are read
+//! [`polygon`] cuts polygons, [`elements`] keeps points and lines, [`library`] reads materials through the crate `tobj`. The statements themselves are read
 //! here rather than through `tobj` (which the tests compare with): tobj takes a polyline `l a b c` for a face, refuses
 //! files in which only some vertices have colours and faces that come before their vertices, gives a corner without
 //! texture coordinates those of the corner before, knows no lines, and hashes every vertex of every face.
 //! Departures: a fourth coordinate divides the first three, as in tobj and Assimp; a face may use a vertex that comes
 //! later; a vertex that is not finite is a fault only where a face uses it.
 
+mod elements;
 mod library;
 mod lines;
 mod polygon;
@@ -19,6 +21,7 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
+use self::elements::{Elements, particle_values, strand_values};
 use self::library::{Coverage, Library};
 use self::lines::{each_statement, number, text};
 use self::polygon::{Cut, Triangulator};
@@ -27,13 +30,14 @@ use crate::error::{Checked, Fault};
 use crate::limits::{checked_counts, checked_position};
 use crate::scene::Scene;
 use crate::text::utf8_bytes;
+use crate::translucent::{OccluderValues, Particle, Strands};
 
 const CUT_OFF: &str = "the file is cut off or damaged: export it again";
 
 /// Reads the text of an OBJ file; libraries and their images are looked for in `folder`.
-pub(crate) fn read(bytes: &[u8], folder: &Path) -> Checked<Scene> {
+pub(crate) fn read(bytes: &[u8], folder: &Path, values: &OccluderValues) -> Checked<Scene> {
     let text = text(utf8_bytes(bytes, "as UTF-8 or ASCII")?);
-    let mut reader = Reader { library: library(&text, folder), ..Reader::default() };
+    let mut reader = Reader { library: library(&text, folder), values: *values, ..Reader::default() };
     each_statement(&text, |statement, line| reader.statement(statement, line))?;
     reader.finish()
 }
@@ -54,6 +58,10 @@ fn library(text: &str, folder: &Path) -> Library {
 #[derive(Default)]
 struct Reader {
     library: Library,
+    values: OccluderValues,
+    elements: Elements,
+    /// The vertices of the line that is read.
+    line_vertices: Vec<u32>,
     positions: Vec<DVec3>,
     /// Vertices that no face may use: their index, and why.
     unusable: Vec<(u32, Fault)>,
@@ -123,8 +131,8 @@ impl Reader {
                 name.trim().clone_into(&mut self.material);
                 self.coverage = Some(self.library.coverage(&self.material));
             }
-            Some("p") => self.counts.points += 1,
-            Some("l") => self.counts.lines += 1,
+            Some("p") => self.points(words, line)?,
+            Some("l") => self.polyline(words, line)?,
             Some("curv" | "surf") => self.counts.curves += 1,
             Some("call" | "csh") => self.counts.calls += 1,
             // Normals, groups, and what nobody knows.
@@ -176,6 +184,31 @@ impl Reader {
             let v = values.next().map_or(0.0, |v| v.unwrap_or(f64::NAN));
             self.tex_coords.push(DVec2::new(u, v));
         }
+    }
+
+    fn points<'a>(&mut self, words: impl Iterator<Item = &'a str>, line: usize) -> Checked<()> {
+        if particle_values(&self.values).is_none() {
+            self.counts.points += 1;
+            return Ok(());
+        }
+        for word in words {
+            let vertex = self.corner(word, line)?.vertex;
+            self.elements.add_point(vertex, line)?;
+        }
+        Ok(())
+    }
+
+    fn polyline<'a>(&mut self, words: impl Iterator<Item = &'a str>, line: usize) -> Checked<()> {
+        if strand_values(&self.values).is_none() {
+            self.counts.lines += 1;
+            return Ok(());
+        }
+        self.line_vertices.clear();
+        for word in words {
+            let vertex = self.corner(word, line)?.vertex;
+            self.line_vertices.push(vertex);
+        }
+        self.elements.add_line(&self.line_vertices, line)
     }
 
     fn face<'a>(&mut self, words: impl Iterator<Item = &'a str>, line: usize) -> Checked<()> {
@@ -313,13 +346,26 @@ impl Reader {
         for face in std::mem::take(&mut self.late) {
             self.cut(&face.corners, face.coverage, face.line);
         }
+        let (particles, strands) = self.occluders()?;
         self.drop_unusable()?;
         let cutouts = self.resolved_cutouts()?;
         let Self { positions, triangles, counts, library, .. } = self;
         let (masks, notes) = library.into_notes();
-        let mut scene = Scene { positions, triangles, cutouts, masks, notes, ..Scene::default() };
+        let mut scene =
+            Scene { positions, triangles, cutouts, masks, particles, strands, notes, ..Scene::default() };
         counts.add_notes(&mut scene.notes);
         Ok(scene)
+    }
+
+    /// Points and lines as what dims light; an error if one uses a vertex that is nowhere.
+    fn occluders(&mut self) -> Checked<(Vec<Particle>, Strands)> {
+        if !self.unusable.is_empty() {
+            let find = |vertex: u32| self.unusable.binary_search_by_key(&vertex, |(idx, _)| *idx).ok();
+            if let Some(at) = self.elements.vertices().filter_map(find).min() {
+                return Err(self.unusable.swap_remove(at).1);
+            }
+        }
+        Ok(self.elements.occluders(&self.positions, &self.values))
     }
 
     /// An error if a face uses a vertex that is nowhere; such vertices that no face uses go.

@@ -10,6 +10,9 @@
 //! 0 towards `up`. A directional light's texture fills the rectangle around `center` with `half_extents` (to the
 //! right and upwards, world units) across the light's direction, a spot's the square of twice the outer angle.
 //!
+//! `[particles]` (`radius`, `density`) and `[strands]` (`radius`, `opacity`) give points and lines of the mesh what they lack; a
+//! point or a line that has a value keeps it, and one that still lacks one is left out.
+//!
 //! A key that another kind of light or phase reads is ignored and noted, so that a file may list all of them; a key
 //! that nobody reads is an error.
 
@@ -30,7 +33,7 @@ use self::document::Document;
 use self::text::ShotText;
 pub use self::texture::OwnedTexture;
 use crate::error::{Checked, Fault, SceneError};
-use crate::load::load_scene;
+use crate::load::{load_scene, load_scene_with};
 use crate::regular_file::read_file;
 use crate::scene::Scene;
 use crate::text::utf8_bytes;
@@ -99,7 +102,7 @@ fn parse_shot(bytes: &[u8], folder: &Path) -> Checked<Shot> {
     // What needs no mesh is checked first: a typing error should not cost a long load.
     let partial = resolve::without_mesh(&document, &text, folder)?;
     let mesh_path = path_beside(folder, &text.mesh);
-    let scene = load_scene(&mesh_path).map_err(|error| match error {
+    let scene = load_scene_with(&mesh_path, &partial.occluders).map_err(|error| match error {
         SceneError::Io { file, source, .. } => {
             let problem = format!("cannot read {}: {source}", file.display());
             Fault::invalid(document.place("mesh"), problem, "give a path relative to the shot file")

@@ -14,6 +14,7 @@ use super::{DEFAULT_RESOLUTION, Shot, ShotLight};
 use crate::error::{Checked, Fault};
 use crate::radiance_image::checked_image_size;
 use crate::scene::Scene;
+use crate::translucent::{OccluderValues, ParticleValues, StrandValues, checked_opacity, checked_size};
 
 /// Optical depth over the scene's diagonal of the medium that a mesh alone is shown in.
 const BARE_OPTICAL_DEPTH: f64 = 0.5;
@@ -24,6 +25,8 @@ pub(super) struct Partial {
     light: Option<ShotLight>,
     further: Vec<ShotLight>,
     medium: Medium,
+    /// For points and lines of the mesh that have none of their own.
+    pub occluders: OccluderValues,
     notes: Vec<String>,
 }
 
@@ -63,7 +66,8 @@ pub(super) fn without_mesh(document: &Document<'_>, text: &ShotText, folder: &Pa
     let further = text.lights.iter().enumerate().map(|(i, light)| light_at(&format!("lights[{i}]"), light));
     let further = further.collect::<Checked<Vec<_>>>()?;
     let medium = medium_of(document, &text.medium, &mut notes)?;
-    Ok(Partial { camera, light, further, medium, notes })
+    let occluders = occluder_values(document, text)?;
+    Ok(Partial { camera, light, further, medium, occluders, notes })
 }
 
 /// Completes the shot with its mesh.
@@ -100,6 +104,14 @@ pub(super) fn with_mesh(
         check_apart(&camera, &light.light, &document.place(&key))?;
     }
     let mut notes = partial.notes;
+    for (table, is_given, found) in [
+        ("particles", text.particles.is_some(), !scene.particles.is_empty()),
+        ("strands", text.strands.is_some(), !scene.strands.is_empty()),
+    ] {
+        if is_given && !found {
+            notes.push(format!("{} has nothing to act on: the mesh has none", document.place(table)));
+        }
+    }
     notes.extend(scene.notes.iter().cloned());
     Ok(Shot { name: String::new(), camera, lights, medium: partial.medium, max_distance, scene, notes })
 }
@@ -115,6 +127,32 @@ pub(super) fn bare_shot(scene: Scene) -> Checked<Shot> {
     let notes = scene.notes.clone();
     let lights = vec![ShotLight { light, texture: None }];
     Ok(Shot { name: String::new(), camera, lights, medium, max_distance, scene, notes })
+}
+
+fn occluder_values(document: &Document<'_>, text: &ShotText) -> Checked<OccluderValues> {
+    let size = |key: &str, value: Option<f64>| {
+        let place = || document.place(key);
+        value.map(|value| checked_size(value, || "the value".to_owned(), place)).transpose()
+    };
+    let opacity = |value: Option<f64>| {
+        let place = || document.place("strands.opacity");
+        value.map(|value| checked_opacity(value, || "the value".to_owned(), place)).transpose()
+    };
+    let particles = match &text.particles {
+        None => None,
+        Some(particles) => Some(ParticleValues {
+            radius: size("particles.radius", particles.radius)?,
+            density: size("particles.density", particles.density)?,
+        }),
+    };
+    let strands = match &text.strands {
+        None => None,
+        Some(strands) => Some(StrandValues {
+            radius: size("strands.radius", strands.radius)?,
+            opacity: opacity(strands.opacity)?,
+        }),
+    };
+    Ok(OccluderValues { particles, strands })
 }
 
 fn camera_of(document: &Document<'_>, text: &CameraText) -> Checked<Camera> {
@@ -280,9 +318,14 @@ fn checked_distance(document: &Document<'_>, key: &str, distance: f64) -> Checke
     Err(Fault::invalid(document.place(key), format!("the value {distance}"), "give a distance > 0"))
 }
 
-/// The diagonal of the box around all triangles.
+/// The diagonal of the box around all triangles, particles and strands.
 fn diagonal(scene: &Scene, place: &str) -> Checked<f64> {
-    let corners = || scene.triangles.iter().flatten().map(|&i| scene.positions[i as usize]);
+    let corners = || {
+        let particles = scene.particles.iter().flat_map(|p| [p.centre - p.radius, p.centre + p.radius]);
+        let strands = scene.strands.vertices().iter().map(|vertex| vertex.position);
+        let triangles = scene.triangles.iter().flatten().map(|&i| scene.positions[i as usize]);
+        triangles.chain(particles).chain(strands)
+    };
     let low = corners().fold(DVec3::INFINITY, DVec3::min);
     let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
     let diagonal = low.distance(high);

@@ -18,6 +18,22 @@ pub(super) struct ShotText {
     pub medium: MediumText,
     pub resolution: Option<[u32; 2]>,
     pub max_distance: Option<f64>,
+    pub particles: Option<ParticlesText>,
+    pub strands: Option<StrandsText>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ParticlesText {
+    pub radius: Option<f64>,
+    pub density: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StrandsText {
+    pub radius: Option<f64>,
+    pub opacity: Option<f64>,
 }
 
 #[derive(Deserialize)]

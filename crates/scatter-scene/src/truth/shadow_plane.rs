@@ -11,10 +11,11 @@
 //! Both maps are monotone along a segment, so a segment shadows the stretch between the images of its ends: cut at
 //! y = 0, where the surface meets the ray itself, and at y = h, where the image is ±∞.
 
-use glam::{DVec3, Vec4};
+use glam::{DVec2, DVec3, Vec4};
 use scatter_core::{Light, ViewRay};
 
-use crate::caster::{Bvh, F32_ROUNDING, Node, PlanePoint, RayPlane, Segment};
+use crate::caster::{PlanePoint, RayPlane, Segment};
+use crate::tree::{Bvh, F32_ROUNDING, Node};
 
 /// Sine of the angle below which a ray counts as parallel to the light (or as one through the lamp). The plane's
 /// normal then has 2⁻⁵²/1e-9 = 2e-7 of relative error left, a displacement of the light by less than its rounding;
@@ -30,6 +31,15 @@ pub(crate) enum LightOnRay {
     Towards(RayPlane, f64),
     /// The ray runs away from a light at this distance behind its start (∞: the sun).
     Away(RayPlane, f64),
+}
+
+/// A light in the plane that it spans with a view ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum PlaneLight {
+    /// The unit direction towards a sun.
+    Sun(DVec2),
+    /// Where a lamp is.
+    Lamp(DVec2),
 }
 
 /// The plane of a view ray and a light.
@@ -96,6 +106,27 @@ impl LightOnRay {
             Image::Lamp { closest: ahead, height }
         };
         Self::Plane(ShadowPlane { plane, image })
+    }
+
+    /// Where the light is in that plane, with x along the ray from its start and y towards the light.
+    pub fn in_plane(&self) -> PlaneLight {
+        let at = |x: f64| {
+            if x.is_infinite() {
+                PlaneLight::Sun(DVec2::new(x.signum(), 0.0))
+            } else {
+                PlaneLight::Lamp(DVec2::new(x, 0.0))
+            }
+        };
+        match self {
+            Self::Plane(ShadowPlane { image: Image::Sun { cotangent }, .. }) => {
+                PlaneLight::Sun(DVec2::new(*cotangent, 1.0) / cotangent.hypot(1.0))
+            }
+            Self::Plane(ShadowPlane { image: Image::Lamp { closest, height }, .. }) => {
+                PlaneLight::Lamp(DVec2::new(*closest, *height))
+            }
+            Self::Towards(_, distance) => at(*distance),
+            Self::Away(_, distance) => at(-distance),
+        }
     }
 
     /// The plane in which the ray's first hit is looked for.

@@ -6,8 +6,9 @@
 
 use glam::DVec2;
 
-use crate::caster::{Pending, SceneCaster, Segment};
+use crate::caster::{SceneCaster, Segment};
 use crate::cutout::AlphaMask;
+use crate::tree::Pending;
 
 use super::mask_line;
 use super::shadow_plane::ShadowPlane;

@@ -17,7 +17,8 @@
 
 use glam::DVec3;
 
-use crate::caster::{Pending, SceneCaster};
+use crate::caster::SceneCaster;
+use crate::tree::Pending;
 
 use super::shadow_plane::ShadowPlane;
 use super::shadow_walk::ShadowWalk;

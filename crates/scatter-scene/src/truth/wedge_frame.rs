@@ -6,7 +6,7 @@
 
 use glam::{DVec2, DVec3, Vec4};
 
-use crate::caster::{Bvh, F32_ROUNDING, Node};
+use crate::tree::{Bvh, F32_ROUNDING, Node};
 
 /// Widest wedge \[radians\]: beyond it the rays share too little.
 const WIDEST: f64 = 0.05;

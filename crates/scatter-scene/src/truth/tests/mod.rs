@@ -80,7 +80,7 @@ impl Setting {
             };
             let expected_end = second.ray_end(self.max_distance);
             assert!((end - expected_end).abs() <= tolerance * expected_end, "ray end {end} {expected_end}");
-            let value = ray_radiance(&caster, &mut walk, &frame, &ray, end);
+            let value = ray_radiance(&caster, &mut walk, &mut Dimming::default(), &frame, &ray, end);
             let bound = second.radiance(0.0, end).max(f64::MIN_POSITIVE);
             let error = |samples: usize, hints: &[f64]| {
                 let lit = second.lit(end, samples, hints);

@@ -9,8 +9,9 @@ use std::time::Duration;
 
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2_from_tris;
+use obvhs::bvh2::builder::{build_bvh2, build_bvh2_from_tris};
 use obvhs::triangle::Triangle;
 
 use super::core_box::CoreBox;
@@ -31,7 +32,7 @@ pub(crate) struct Node {
 }
 
 /// The tree. Triangles are in the order of its leaves.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Bvh {
     /// Node 0 is the root; empty for a scene without triangles.
     pub nodes: Vec<Node>,
@@ -115,6 +116,30 @@ impl Bvh {
         };
         let nodes = built.nodes.iter().zip(corners);
         tree.nodes = nodes.map(|(node, at)| Node::around(at, node.first_index, node.prim_count)).collect();
+        (tree, built.primitive_indices)
+    }
+
+    /// The tree over boxes `[low, high]` (world space), and the order of its leaves. Without strays: boxes that are far out
+    /// cost time, no box.
+    pub fn of_boxes(boxes: &[[DVec3; 2]]) -> (Self, Vec<u32>) {
+        let join = |[a, b]: [DVec3; 2], &[c, d]: &[DVec3; 2]| [a.min(c), b.max(d)];
+        let Some([low, high]) = boxes.iter().copied().reduce(|a, b| join(a, &b)) else {
+            return (Self { rest: f64::INFINITY, ..Self::default() }, Vec::new());
+        };
+        let centre = 0.5 * (low + high);
+        let local: Vec<Aabb> =
+            boxes.iter().map(|[a, b]| Aabb::new((a - centre).as_vec3a(), (b - centre).as_vec3a())).collect();
+        let built = build_bvh2(&local, BvhBuildParams::medium_build(), &mut Duration::default());
+        let nodes = built
+            .nodes
+            .iter()
+            .map(|node| Node::around([node.aabb().min, node.aabb().max], node.first_index, node.prim_count));
+        let tree = Self {
+            nodes: nodes.collect(),
+            centre,
+            radius: (0.5 * (high - low)).length(),
+            rest: f64::INFINITY,
+        };
         (tree, built.primitive_indices)
     }
 
