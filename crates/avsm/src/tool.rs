@@ -51,9 +51,10 @@ static INFO: TechniqueInfo = TechniqueInfo {
     misses: "",
     capabilities: CAPABILITIES,
     rounding: Rounding::F64,
-    // Blocks of the shadow map: 8 bytes for 64 texels. Curves: 16 layers of 2048² with 16 nodes are 8.6 GB; node lists hold
-    // what a capture of 1 GiB a layer holds, two nodes of 8 bytes for a segment of 12 and scratch memory: 3 GiB a layer.
-    memory: MemoryBound { fixed: 64 << 30, a_pixel: 8, a_texel: 1 },
+    // Blocks of the shadow map: 8.2 bytes for 64 texels. Curves: 16 layers of 2048² with 16 nodes are 8.6 GB, by default six of
+    // 256² with 8 nodes 25 MB. Deep and uncompressed curves hold what their occluders ask besides, within core's limit of
+    // a capture.
+    memory: MemoryBound { fixed: 9 << 30, a_pixel: 8, a_texel: 1 },
     options: &TABLE,
 };
 
