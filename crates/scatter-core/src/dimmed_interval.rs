@@ -80,6 +80,29 @@ impl RayLight<'_> {
         }
     }
 
+    /// As [`Self::interval`] for an interval so short that two points of a Gauss rule are right to 1e-7 of its value; `None`
+    /// for others. Around a lamp a fifth of the cost.
+    pub fn short_interval(&self, a: f64, b: f64) -> Option<DVec3> {
+        /// The rule's error is x⁴/4320 times a fourth derivative, which a lamp's factors make 60 at the most where |g| ≤ 0.9.
+        const SHORT: f64 = 0.03;
+        let ray = self.lamp_ray().filter(|_| self.cone().is_none())?;
+        let length = ray.log_path_ratio(a, b);
+        if !(length < SHORT && self.optical_length(b - a) < SHORT) {
+            return None;
+        }
+        let node = 0.5 / 3f64.sqrt();
+        let at = |share: f64| self.integrand(a, share * length).1;
+        Some((at(0.5 - node) + at(0.5 + node)) * (0.5 * length))
+    }
+
+    /// Optical depth of a length of a lamp's medium; ∞ where that is not one number.
+    fn optical_length(&self, length: f64) -> f64 {
+        match &self.kind {
+            Kind::Lamp { integral, .. } => integral.thickest() * length,
+            _ => f64::INFINITY,
+        }
+    }
+
     fn dimmed_piece(
         &self,
         a: f64,
@@ -245,6 +268,23 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn short_intervals_of_a_lamp_are_right_and_others_are_refused() {
+        let (lights, media) = (lights(), media());
+        let lamp = RayLight::new(&lights[1], &media[0], DVec3::new(0.0, 1.0, 0.0), &RAY);
+        let mut worst = 0.0f64;
+        for index in 0..400 {
+            let a = 0.02 * f64::from(index);
+            let (value, exact) = (lamp.short_interval(a, a + 0.01).unwrap(), lamp.interval(a, a + 0.01));
+            worst = worst.max(((value - exact) / exact).abs().max_element());
+        }
+        println!("largest relative error {worst:.1e}");
+        assert!(worst < 1e-7, "{worst:e}");
+        assert!(lamp.short_interval(1.0, 3.0).is_none());
+        assert!(RayLight::new(&lights[0], &media[0], DVec3::ZERO, &RAY).short_interval(1.0, 1.01).is_none());
+        assert!(RayLight::new(&lights[2], &media[0], DVec3::ZERO, &RAY).short_interval(1.0, 1.01).is_none());
     }
 
     #[test]

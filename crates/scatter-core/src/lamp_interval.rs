@@ -155,6 +155,11 @@ impl<'a> LampIntegral<'a> {
         self.ray
     }
 
+    /// Largest σt of the channels.
+    pub(crate) fn thickest(&self) -> f64 {
+        self.medium.sigma_t().into_iter().fold(0.0, f64::max)
+    }
+
     pub(crate) fn cone(&self) -> Option<ConeOnRay> {
         self.cone
     }

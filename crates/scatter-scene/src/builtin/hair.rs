@@ -1,4 +1,4 @@
-//! `hair`: a head of twelve thousand curls against the sun.
+//! `hair`: a head of ten thousand curls against the sun.
 //!
 //! An OBJ file, as hair comes out of modelling programs: polylines without a radius or an opacity, which the shot gives. The
 //! strands leave the scalp along its normal, bend downwards, curl, and slide along the head where they meet it.
@@ -13,7 +13,7 @@ use std::fmt::Write;
 
 pub(super) const SHOT: BuiltinShot = BuiltinShot {
     name: "hair",
-    shows: "a head of twelve thousand curled strands before a low sun: thin occluders by the thousand along a light ray, each \
+    shows: "a head of ten thousand curled strands before a low sun: thin occluders by the thousand along a light ray, each \
             of which takes a part of the light at one depth",
     shot_text: r#"# A head of hair against the sun.
 mesh = "hair.obj"
@@ -47,8 +47,8 @@ opacity = 0.55
 };
 
 /// Strands, and segments of each.
-const STRANDS: u32 = 12_000;
-const SEGMENTS: u32 = 11;
+const STRANDS: u32 = 10_000;
+const SEGMENTS: u32 = 9;
 /// The head: middle and radius \[m\].
 pub(super) const HEAD: (DVec3, f64) = (DVec3::new(0.0, 1.3, 0.0), 0.36);
 

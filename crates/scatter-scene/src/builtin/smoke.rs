@@ -76,7 +76,7 @@ pub(super) fn column(foot: DVec3, count: u32, height: f64, random: &mut Random) 
             let axis = DVec3::new(0.55 * up * cosine + 0.5 * up * up, height * up, 0.55 * up * sine);
             let spread = 0.1 + 0.55 * up;
             let radius = (0.14 + 0.5 * up) * random.between(0.7, 1.25);
-            let density = random.between(0.7, 1.3) * 1.1 / (0.25 + 1.6 * up);
+            let density = random.between(0.7, 1.3) * 3.0 / (0.25 + 1.6 * up);
             (foot + axis + random.in_ball() * spread, radius, density)
         })
         .collect()

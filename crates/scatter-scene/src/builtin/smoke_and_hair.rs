@@ -55,7 +55,7 @@ fn mesh_bytes() -> Vec<u8> {
     let foot = DVec3::new(-1.35, 0.9, -0.75);
     let smoke: Vec<(DVec3, f64, f64)> = column(foot, 90, 2.4, &mut random)
         .into_iter()
-        .map(|(centre, radius, density)| (foot + (centre - foot) * 0.62, 0.45 * radius, 3.5 * density))
+        .map(|(centre, radius, density)| (foot + (centre - foot) * 0.62, 0.45 * radius, 1.6 * density))
         .filter(|(centre, radius, _)| centre.distance(HEAD.0) > HEAD.1 + radius)
         .collect();
     scene.add_occluder_node("smoke", OccluderMesh::particles(&smoke));

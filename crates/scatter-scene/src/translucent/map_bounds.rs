@@ -135,8 +135,8 @@ mod tests {
                     seen = [seen[0].min(p.x), seen[1].min(p.y), seen[2].max(p.x), seen[3].max(p.y)];
                 }
                 if bounds[0].is_finite() {
-                    // 2000 points on a sphere miss its edge by about 1/2000 of it.
-                    assert!((bounds[2] - bounds[0]) * 0.97 < seen[2] - seen[0], "{bounds:?} {seen:?}");
+                    // 2000 points on a sphere miss its edge by about 1/2000 of it, drawn out near the lamp's plane.
+                    assert!((bounds[2] - bounds[0]) * 0.9 < seen[2] - seen[0], "{bounds:?} {seen:?}");
                     touched += 1;
                 }
             }

@@ -12,7 +12,11 @@ mod map_rays;
 mod occluders;
 mod particle;
 mod passes;
+#[cfg(test)]
+pub(crate) mod second_way;
 mod strands;
+#[cfg(test)]
+mod tests;
 mod values;
 
 pub(crate) use closest::{Closest, closest_on_segment};

@@ -6,9 +6,9 @@
 //! passes is constant and the chords in spheres are smooth, so each piece is a closed form times a constant, or an integral
 //! that converges at once ([`RayLight::dimmed_interval`](scatter_core::RayLight::dimmed_interval)).
 //!
-//! What is not exact: whether two runs of one strand's segments are one pass is asked in the middle of a piece, and pieces
-//! of the strand that lie wholly behind the view ray's plane are not asked whether they are nearer. Both matter only within
-//! a strand's radius.
+//! What is not exact: where it changes which segment of a strand is the nearest, or whether two runs of its segments are one
+//! pass, is found by samples and bisection; and pieces of the strand that lie wholly behind the view ray are not asked
+//! whether they are nearer. Both matter only within a strand's radius.
 
 use glam::DVec3;
 
@@ -141,6 +141,14 @@ impl Dimming {
             Occluder::Segment(index) => {
                 let segment = occluders.segment(index);
                 let capsule = Capsule { ends: occluders.ends(segment).map(local), radius: segment.radius };
+                // Most of what the tree proposes: on one side of the plane, or behind the ray.
+                let [a, b] = capsule.ends;
+                if a.z.min(b.z) >= capsule.radius
+                    || a.z.max(b.z) <= -capsule.radius
+                    || a.y.max(b.y) <= -capsule.radius
+                {
+                    return;
+                }
                 let Some(stretch) = capsule.shadow(light).filter(|stretch| reaches(*stretch)) else { return };
                 let jumps = [stretch[0], stretch[1], crossing(&capsule, light, stretch, end)];
                 self.cuts.extend(jumps.into_iter().filter(|jump| *jump > 0.0 && *jump < end));
@@ -165,23 +173,75 @@ impl Dimming {
         for index in first..=last {
             let to = if index < last { self.cuts[index] } else { b };
             self.move_to(from, to);
-            let middle = if to.is_finite() { 0.5 * (from + to) } else { 2.0 * from.max(1.0) };
-            let strands = self.strand_transmittance(occluders, light, middle);
-            // Nothing comes through a strand that is opaque.
-            if strands > 0.0 {
-                let discs = &self.active_discs;
-                let piece = if discs.is_empty() {
-                    ray.lit(from, to)
-                } else {
-                    ray.dimmed(from, to, negligible, &mut |t| {
-                        (-discs.iter().map(|(_, disc)| disc.optical_depth(light, t)).sum::<f64>()).exp()
-                    })
-                };
-                sum += strands * piece;
+            while from < to {
+                let (end, strands) = self.constant_part(occluders, light, from, to);
+                // Nothing comes through a strand that is opaque.
+                if strands > 0.0 {
+                    sum += strands * self.smoky(light, ray, [from, end], negligible);
+                }
+                from = end;
             }
-            from = to;
         }
         sum
+    }
+
+    /// The radiance of a piece without kinks that strands leave alone.
+    fn smoky(&self, light: PlaneLight, ray: &RayRadiance<'_>, [a, b]: Stretch, negligible: f64) -> DVec3 {
+        let discs = &self.active_discs;
+        if discs.is_empty() {
+            return ray.lit_piece(a, b);
+        }
+        ray.dimmed(a, b, negligible, &mut |t| {
+            (-discs.iter().map(|(_, disc)| disc.optical_depth(light, t)).sum::<f64>()).exp()
+        })
+    }
+
+    /// How far from `from` on strands take the same, at most to `to`, and what they leave.
+    ///
+    /// The strands that are near do not change within a piece. But of two segments of one strand either may be the nearest,
+    /// before or behind the point, and two passes may become one: such jumps are looked for between three places, and
+    /// bisected.
+    fn constant_part(&mut self, occluders: &Occluders, light: PlaneLight, from: f64, to: f64) -> (f64, f64) {
+        if !to.is_finite() {
+            return (to, self.strand_transmittance(occluders, light, 2.0 * from.max(1.0)));
+        }
+        let strand_of = |capsule: &NearCapsule| occluders.segment(capsule.segment).strand;
+        // Neighbours that lie wholly between the light and the ray are one pass, whichever is the nearer.
+        let is_between = |capsule: &NearCapsule| {
+            let [a, b] = capsule.capsule.ends;
+            a.y.min(b.y) > capsule.capsule.radius
+        };
+        let is_simple = self.active_capsules.windows(2).all(|pair| {
+            let is_joint =
+                pair[0].segment + 1 == pair[1].segment && is_between(&pair[0]) && is_between(&pair[1]);
+            is_joint || strand_of(&pair[0]) != strand_of(&pair[1])
+        });
+        let at = |share: f64| from + share * (to - from);
+        if is_simple {
+            return (to, self.strand_transmittance(occluders, light, at(0.5)));
+        }
+        // Not at the ends, where rounding decides whether a segment is near.
+        let first = self.strand_transmittance(occluders, light, at(1e-3));
+        let mut low = at(1e-3);
+        for share in [0.5, 1.0 - 1e-3] {
+            let mut high = at(share);
+            if self.strand_transmittance(occluders, light, high) == first {
+                low = high;
+                continue;
+            }
+            // To a millionth of the piece: what is left of a strand's radius does not count.
+            for _ in 0..24 {
+                let middle = 0.5 * (low + high);
+                if self.strand_transmittance(occluders, light, middle) == first {
+                    low = middle
+                } else {
+                    high = middle
+                }
+            }
+            // A piece that is too short to be cut is whole.
+            return (if high > from { high } else { to }, first);
+        }
+        (to, first)
     }
 
     /// Makes those active whose stretches reach into the piece `[from, to]`.

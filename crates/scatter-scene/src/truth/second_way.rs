@@ -112,7 +112,7 @@ impl SecondWay<'_> {
         Some((cos - outer) / (inner - outer).max(0.001))
     }
 
-    fn cone(&self, t: f64) -> f64 {
+    pub fn cone(&self, t: f64) -> f64 {
         self.cone_ramp(t).map_or(1.0, |ramp| ramp.clamp(0.0, 1.0).powi(2))
     }
 
@@ -138,7 +138,7 @@ impl SecondWay<'_> {
         kinks
     }
 
-    fn is_lit(&self, t: f64) -> bool {
+    pub fn is_lit(&self, t: f64) -> bool {
         let x = self.start + t * self.along;
         match self.light {
             PlainLight::Sun { travel } => self.nearest(x, -travel) == f64::INFINITY,

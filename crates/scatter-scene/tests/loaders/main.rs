@@ -6,6 +6,7 @@ mod gltf;
 mod mutants;
 mod nothing_lost;
 mod obj;
+mod occluders;
 mod poses;
 mod shots;
 mod spellings;

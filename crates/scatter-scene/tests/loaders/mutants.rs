@@ -84,7 +84,7 @@ fn check_scene(scene: &Scene) {
 }
 
 /// Loads each mutant from a file of that name; returns how many there were, and how many were accepted.
-fn survive(
+pub fn survive(
     folder: &Path,
     name: &str,
     mutants: impl Iterator<Item = Vec<u8>>,
@@ -132,7 +132,7 @@ fn image(path: &Path) -> Result<(), SceneError> {
 }
 
 /// One to four byte edits, a truncation, a removed or a doubled piece.
-fn damaged(random: &mut Random, seed: &[u8]) -> Vec<u8> {
+pub fn damaged(random: &mut Random, seed: &[u8]) -> Vec<u8> {
     let mut bytes = seed.to_vec();
     let at = random.index(bytes.len());
     match random.index(8) {
@@ -157,7 +157,7 @@ fn damaged(random: &mut Random, seed: &[u8]) -> Vec<u8> {
 }
 
 /// One number of a text replaced by something else, or two exchanged.
-fn renumbered(random: &mut Random, text: &str) -> String {
+pub fn renumbered(random: &mut Random, text: &str) -> String {
     let is_digit = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
     let mut numbers = Vec::new();
     let mut start = None;

@@ -1,6 +1,7 @@
 //! Ray-cast truth against the second way, and against what geometry demands.
 
 mod cutouts;
+mod occluders;
 
 use std::f64::consts::TAU;
 
