@@ -2,14 +2,16 @@
 
 use glam::DVec3;
 use scatter_core::{
-    CameraKind, Capabilities, ExtinctionKind, Frame, LightKind, Limits, MAX_CASCADES, MapKind, PhaseKind,
-    RenderError, RenderStats, ScatterImage, SceneFacts, ShadowMap, StageClock, VolumetricShadow, parallel,
+    CameraKind, Capabilities, ExtinctionKind, Frame, Level, LightKind, Limits, MAX_CASCADES, MapKind,
+    PhaseKind, RenderError, RenderStats, ScatterImage, SceneFacts, ShadowMap, StageClock, VolumetricShadow,
+    parallel, simd_level,
 };
 
 use crate::map::curve_maps::CurveMaps;
 use crate::options::{ID, Opaque, Options};
 use crate::ray::dimmed_light::DimmedLight;
 use crate::ray::lit_parts::ShadowPyramids;
+use crate::ray::ray_sum::RaySum;
 
 /// Rows of the image that one thread renders at a time.
 const BAND: usize = 4;
@@ -42,23 +44,36 @@ pub const CAPABILITIES: Capabilities = Capabilities {
 ///
 /// Each view ray is cut into the lit parts that the opaque shadow map leaves, exactly; these into the crossings of the curve
 /// map's texels, and those at the knots of the texel's curve. A sun in a uniform medium has a closed form for each piece;
-/// lamps and height fog are integrated adaptively between exact lit intervals ([`DimmedLight`]). What no occluder dims is
+/// lamps and height fog are integrated by core's quadrature. What no occluder dims is
 /// one interval, however many texels it crosses.
 ///
 /// On a frame without translucent occluders, and with [`Opaque::Map`], it is the exact walk through the shadow map by another
 /// route: correct, and slower than `minmax-mipmap`, which is the technique for such frames.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Avsm {
     options: Options,
+    simd: Level,
     shadow: ShadowPyramids,
     curves: CurveMaps,
     counts: Vec<u64>,
 }
 
 impl Avsm {
-    /// With these options.
+    /// With the widest registers of the CPU that it runs on, or the portable ones if the environment says
+    /// `SCATTER_SIMD=baseline`.
     pub fn new(options: Options) -> Self {
-        Self { options, ..Self::default() }
+        Self::with_simd(options, simd_level())
+    }
+
+    /// With the instructions of a level: `Level::baseline()` uses nothing but what every CPU of the target has.
+    pub fn with_simd(options: Options, simd: Level) -> Self {
+        Self {
+            options,
+            simd,
+            shadow: ShadowPyramids::default(),
+            curves: CurveMaps::new(),
+            counts: Vec::new(),
+        }
     }
 
     /// The curves of the last frame: how much light reaches its surfaces.
@@ -70,54 +85,18 @@ impl Avsm {
     fn pixel(&self, frame: &Frame<'_>, [x, y]: [u32; 2]) -> (DVec3, u64) {
         let ray = frame.camera().pixel_ray(x, y);
         let eye = frame.camera().eye();
-        let light = DimmedLight::new(frame, &ray);
+        let mut sum = RaySum::new(DimmedLight::new(frame, &ray, self.simd));
         let end = frame.ray_end(x, y);
         let mut looked = 0;
-        let mut clear = ClearRun::default();
-        let (mut lit, mut dimmed) = (DVec3::ZERO, DVec3::ZERO);
-        let mut part = |a: f64, b: f64| {
-            looked += self.curves.walk(
-                eye,
-                &ray,
-                [a, b],
-                &mut |a, b| {
-                    if let Some([a, b]) = clear.push(a, b) {
-                        lit += light.lit(a, b);
-                    }
-                },
-                &mut |part| dimmed += light.dimmed(part),
-            );
-        };
+        let part = |a: f64, b: f64| looked += self.curves.walk(eye, &ray, [a, b], &mut sum);
         match (self.options.opaque, frame.shadow()) {
-            (Opaque::Curve, _) | (_, ShadowMap::Unshadowed) => part(0.0, end),
+            (Opaque::Curve, _) | (_, ShadowMap::Unshadowed) => {
+                let mut part = part;
+                part(0.0, end);
+            }
             _ => self.shadow.lit_parts(frame, &ray, end, part),
         }
-        if let Some([a, b]) = clear.open {
-            lit += light.lit(a, b);
-        }
-        (lit + dimmed, looked)
-    }
-}
-
-/// Parts of a ray that nothing dims, joined where they touch.
-#[derive(Default)]
-struct ClearRun {
-    open: Option<[f64; 2]>,
-}
-
-impl ClearRun {
-    /// Adds a part; gives the run before it, where one has ended.
-    fn push(&mut self, a: f64, b: f64) -> Option<[f64; 2]> {
-        if !(a < b) {
-            return None;
-        }
-        match &mut self.open {
-            Some([_, end]) if *end == a => {
-                *end = b;
-                None
-            }
-            open => open.replace([a, b]),
-        }
+        (sum.finish(), looked)
     }
 }
 

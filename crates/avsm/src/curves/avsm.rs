@@ -30,7 +30,7 @@ const WORK: usize = 18;
 pub struct AvsmCurve<const N: usize> {
     /// Rising; `+∞` of nodes that are free, which follow those that are not.
     depths: [f32; N],
-    /// Rising.
+    /// Rising; free nodes have the last one's.
     optical_depths: [f32; N],
 }
 
@@ -138,8 +138,16 @@ impl<const N: usize> AvsmCurve<N> {
                 depths[filled] = f32::INFINITY;
             }
         }
+        // Free nodes hold what has been crossed before them, so that no lookup needs to know how many there are.
+        let last = sums[filled - 1];
+        sums[filled..].fill(last);
         self.depths.copy_from_slice(&depths[..N]);
         self.optical_depths.copy_from_slice(&sums[..N]);
+    }
+
+    /// Depths and optical depths of all nodes, free ones at `+∞` with the last one's optical depth.
+    pub(crate) fn lanes(&self) -> (&[f32; N], &[f32; N]) {
+        (&self.depths, &self.optical_depths)
     }
 
     /// How many nodes there are, 0 to N.

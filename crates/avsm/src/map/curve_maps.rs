@@ -8,7 +8,7 @@ use scatter_core::{
 use crate::map::layer::{CurveLayer, LayerInput, Occluders};
 use crate::map::layout::curve_layout;
 use crate::options::{Curve, Opaque, Options};
-use crate::ray::dimmed_light::DimmedPart;
+use crate::ray::ray_sum::RayParts;
 
 /// The transmittance curves of a light: how much of it reaches any point of the scene (Salvi et al. 2010, Section 4.2).
 ///
@@ -118,21 +118,14 @@ impl CurveMaps {
     }
 
     /// Walks the part `[a, b]` of a ray whose origin is relative to `eye`: [`CurveLayer::walk`] over all layers.
-    pub(crate) fn walk(
-        &self,
-        eye: DVec3,
-        ray: &ViewRay,
-        part: [f64; 2],
-        clear: &mut impl FnMut(f64, f64),
-        dimmed: &mut impl FnMut(&DimmedPart),
-    ) -> u64 {
+    pub(crate) fn walk(&self, eye: DVec3, ray: &ViewRay, part: [f64; 2], parts: &mut impl RayParts) -> u64 {
         let mut looked = 0;
         layer_pieces(&self.layout, eye, ray, part, |piece| {
             match piece.layer.and_then(|index| self.layers().get(index)) {
-                None => clear(piece.t_min, piece.t_max),
+                None => parts.clear(piece.t_min, piece.t_max),
                 Some(layer) => {
                     let path = layer.projection().ray(eye, ray.origin, ray.direction);
-                    looked += layer.walk(&path, [piece.t_min, piece.t_max], clear, dimmed);
+                    looked += layer.walk(&path, [piece.t_min, piece.t_max], parts);
                 }
             }
         });

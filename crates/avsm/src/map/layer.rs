@@ -1,10 +1,11 @@
 //! One curve map: its texels built from segments that stream in or lie there, and a part of a view ray walked through it.
 
+use std::cell::RefCell;
 use std::sync::Mutex;
 
 use scatter_core::{
-    MapError, MapProjection, MapRay, ShadowMap, TranslucentLayer, TranslucentSegment, TranslucentSource,
-    parallel,
+    MapError, MapProjection, MapRay, ShadowMap, TexelSpan, TranslucentLayer, TranslucentSegment,
+    TranslucentSource, parallel,
 };
 
 use crate::curve::{DepthRange, TransmittanceCurve};
@@ -14,7 +15,9 @@ use crate::map::opaque::opaque_depth;
 use crate::map::pyramid::{Pyramid, depths_on};
 use crate::map::texels::{AvsmTexels, TexelCurves, Texels, with_texels};
 use crate::options::{Curve, Moments, Nodes, Options};
+use crate::ray::crossing::Crossing;
 use crate::ray::dimmed_light::DimmedPart;
+use crate::ray::ray_sum::RayParts;
 
 /// Rows of texels that one thread fills. Fewer ask a source more often, each time over all of its occluders.
 const BAND: usize = 16;
@@ -202,16 +205,10 @@ impl CurveLayer {
         with_texels!(&self.texels, texels => texels.optical_depth(texel, depth))
     }
 
-    /// Walks the part `[t_min, t_max]` of a ray, all of which lies in the map: calls `clear(a, b)` for what nothing dims, in order,
-    /// and `dimmed` for what something does, in the order of texels; dark parts are left out. Returns how many texels it looked at.
-    pub fn walk(
-        &self,
-        path: &MapRay,
-        part: [f64; 2],
-        clear: &mut impl FnMut(f64, f64),
-        dimmed: &mut impl FnMut(&DimmedPart),
-    ) -> u64 {
-        with_texels!(&self.texels, texels => self.walk_texels(texels, path, part, clear, dimmed))
+    /// Walks the part `[t_min, t_max]` of a ray, all of which lies in the map, and gives what it finds to `parts`; dark parts are
+    /// left out. Returns how many texels it looked at.
+    pub fn walk(&self, path: &MapRay, part: [f64; 2], parts: &mut impl RayParts) -> u64 {
+        with_texels!(&self.texels, texels => self.walk_texels(texels, path, part, parts))
     }
 
     fn walk_texels(
@@ -219,76 +216,37 @@ impl CurveLayer {
         texels: &impl TexelCurves,
         path: &MapRay,
         part: [f64; 2],
-        clear: &mut impl FnMut(f64, f64),
-        dimmed: &mut impl FnMut(&DimmedPart),
+        parts: &mut impl RayParts,
     ) -> u64 {
         let width = self.projection.size()[0] as usize;
-        let between = texels.between();
         let mut looked = 0;
-        // Both kinds of visits find clear parts: one queue for them.
-        let clear = std::cell::RefCell::new(clear);
-        let settles = |[near, far]: [f64; 2], [first, dark]: [f32; 2], t: [f64; 2]| {
+        // Blocks and texels both find parts: one taker for them.
+        let parts = RefCell::new(parts);
+        let settles = |crossing: &Crossing, [first, dark]: [f32; 2]| {
+            let ([near, far], [a, b]) = (crossing.depths, crossing.t);
             if far <= f64::from(first) {
-                clear.borrow_mut()(t[0], t[1]);
+                parts.borrow_mut().clear(a, b);
                 return true;
             }
             near > f64::from(dark)
         };
-        self.ends.walk(
-            path,
-            part,
-            &mut |span, ends| settles(depths_on(path, span), ends, [span.t_min, span.t_max]),
-            &mut |span| {
-                looked += 1;
-                let texel = span.j as usize * width + span.i as usize;
-                let (depths, t) = (depths_on(path, span), [span.t_min, span.t_max]);
-                if settles(depths, texels.ends(texel), t) {
-                    return;
+        let crossing = |span: &TexelSpan| Crossing {
+            t: [span.t_min, span.t_max],
+            depths: depths_on(path, span),
+            is_along: path.step.z > 0.0,
+            line: [path.start.z, path.step.z],
+        };
+        self.ends.walk(path, part, &mut |span, ends| settles(&crossing(span), ends), &mut |span| {
+            looked += 1;
+            let texel = span.j as usize * width + span.i as usize;
+            let crossing = crossing(span);
+            if !settles(&crossing, texels.ends(texel)) {
+                let mut parts = parts.borrow_mut();
+                if !texels.offer(texel, &crossing, &mut **parts) {
+                    cut_crossing(texels, texel, &crossing, &mut **parts);
                 }
-                if !(depths[0] < depths[1]) {
-                    let optical_depth = texels.optical_depth(texel, depths[0]);
-                    return dimmed(&DimmedPart { t, optical_depths: [optical_depth; 2], between });
-                }
-                // Knots come in the order of depths, which may be against the ray.
-                let along = path.step.z > 0.0;
-                let at = |depth: f64| ((depth - path.start.z) / path.step.z).clamp(t[0], t[1]);
-                let mut last: Option<(f64, f64)> = None;
-                texels.visit(texel, depths, |depth, optical_depth| {
-                    let now = match last {
-                        None => {
-                            if along {
-                                t[0]
-                            } else {
-                                t[1]
-                            }
-                        }
-                        Some(_) if depth == depths[1] => {
-                            if along {
-                                t[1]
-                            } else {
-                                t[0]
-                            }
-                        }
-                        Some(_) => at(depth),
-                    };
-                    if let Some((before, optical_depth_before)) = last {
-                        let mut piece = DimmedPart {
-                            t: [before, now],
-                            optical_depths: [optical_depth_before, optical_depth],
-                            between,
-                        };
-                        if !along {
-                            piece.t.reverse();
-                            piece.optical_depths.reverse();
-                        }
-                        if piece.t[0] < piece.t[1] {
-                            dimmed(&piece);
-                        }
-                    }
-                    last = Some((now, optical_depth));
-                });
-            },
-        );
+            }
+        });
         looked
     }
 
@@ -301,6 +259,39 @@ impl CurveLayer {
     pub fn memory_bytes(&self) -> u64 {
         self.curve_bytes() + self.ends.memory_bytes()
     }
+}
+
+/// Cuts a crossing at the knots of its texel's curve.
+fn cut_crossing(texels: &impl TexelCurves, texel: usize, crossing: &Crossing, parts: &mut impl RayParts) {
+    let between = texels.between();
+    let ([near, far], [a, b]) = (crossing.depths, crossing.t);
+    if !(near < far) {
+        let optical_depth = texels.optical_depth(texel, near);
+        return parts.dimmed(&DimmedPart { t: crossing.t, optical_depths: [optical_depth; 2], between });
+    }
+    // Knots come in the order of depths, which may be against the ray.
+    let [first, last] = if crossing.is_along { [a, b] } else { [b, a] };
+    let at = |depth: f64| crossing.parameter_at(depth).clamp(a, b);
+    let mut before: Option<(f64, f64)> = None;
+    texels.visit(texel, crossing.depths, |depth, optical_depth| {
+        let now = match before {
+            None => first,
+            Some(_) if depth == far => last,
+            Some(_) => at(depth),
+        };
+        if let Some((then, optical_depth_then)) = before {
+            let mut t = [then, now];
+            let mut optical_depths = [optical_depth_then, optical_depth];
+            if !crossing.is_along {
+                t.reverse();
+                optical_depths.reverse();
+            }
+            if t[0] < t[1] {
+                parts.dimmed(&DimmedPart { t, optical_depths, between });
+            }
+        }
+        before = Some((now, optical_depth));
+    });
 }
 
 type OpacityTexel = crate::curves::opacity::OpacityCurve<{ crate::map::texels::SLICES }>;

@@ -6,6 +6,8 @@ use crate::curves::fourier::FourierCurve;
 use crate::curves::moments::MomentCurve;
 use crate::curves::opacity::OpacityCurve;
 use crate::map::node_lists::NodeLists;
+use crate::ray::crossing::Crossing;
+use crate::ray::ray_sum::RayParts;
 
 /// Slices of opacity shadow maps, and pairs of terms of Fourier opacity maps: those of the paper's comparison.
 pub const SLICES: usize = 32;
@@ -19,6 +21,11 @@ pub trait TexelCurves: Sync {
 
     /// [`TransmittanceCurve::first_depth`] and [`TransmittanceCurve::dark_depth`] of a texel.
     fn ends(&self, texel: usize) -> [f32; 2];
+
+    /// Gives a whole crossing of a texel to the ray, if it takes such of this kind of curve.
+    fn offer(&self, _texel: usize, _crossing: &Crossing, _parts: &mut impl RayParts) -> bool {
+        false
+    }
 
     /// [`TransmittanceCurve::optical_depth`] of a texel.
     fn optical_depth(&self, texel: usize, depth: f64) -> f64;
@@ -37,6 +44,10 @@ pub struct AvsmTexels<const N: usize> {
 impl<const N: usize> TexelCurves for AvsmTexels<N> {
     fn between(&self) -> Between {
         self.between
+    }
+
+    fn offer(&self, texel: usize, crossing: &Crossing, parts: &mut impl RayParts) -> bool {
+        self.between == Between::Exponential && parts.crossing(crossing, &self.curves[texel])
     }
 
     fn ends(&self, texel: usize) -> [f32; 2] {

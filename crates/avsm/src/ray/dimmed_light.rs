@@ -1,9 +1,11 @@
 //! What a part of a view ray scatters towards the eye while the light's transmittance changes along it.
 
 use glam::DVec3;
-use scatter_core::{Frame, LightTexture, RayLight, ViewRay};
+use scatter_core::{Frame, Level, Light, LightTexture, RayLight, ViewRay, at_level};
 
 use crate::curve::{Between, DARK};
+use crate::curves::avsm::AvsmCurve;
+use crate::ray::crossing::{Crossing, mean_of_parabola, mean_under_sun};
 
 /// A light along one view ray; f64.
 pub struct DimmedLight<'a> {
@@ -11,6 +13,16 @@ pub struct DimmedLight<'a> {
     texture: Option<&'a LightTexture<'a>>,
     eye: DVec3,
     ray: ViewRay,
+    sun: Option<Sun>,
+    simd: Level,
+}
+
+/// A sun in a uniform medium.
+struct Sun {
+    /// `E · Σ σs·p`.
+    source: DVec3,
+    sigma_t: DVec3,
+    grey: bool,
 }
 
 /// A part of a ray and the optical depths that the light has behind it at the part's ends.
@@ -44,11 +56,62 @@ impl DimmedPart {
 }
 
 impl<'a> DimmedLight<'a> {
-    /// Of a frame's light along a ray.
-    pub fn new(frame: &Frame<'a>, ray: &ViewRay) -> Self {
-        let eye = frame.camera().eye();
-        let light = RayLight::new(frame.light(), frame.medium(), eye, ray);
-        Self { light, texture: frame.texture(), eye, ray: *ray }
+    /// Of a frame's light along a ray, with the instructions of a level.
+    pub fn new(frame: &Frame<'a>, ray: &ViewRay, simd: Level) -> Self {
+        let (eye, medium) = (frame.camera().eye(), frame.medium());
+        let light = RayLight::new(frame.light(), medium, eye, ray);
+        let sun = match frame.light() {
+            Light::Directional(sun) if medium.height_falloff().is_none() => {
+                // |travel − to camera|²/4 is sin²(θ/2) without cancellation.
+                let haversine = 0.25 * (sun.direction() + ray.direction).length_squared();
+                Some(Sun {
+                    source: DVec3::from(sun.irradiance()) * medium.scattering_towards(haversine),
+                    sigma_t: medium.sigma_t().into(),
+                    grey: medium.is_grey(),
+                })
+            }
+            _ => None,
+        };
+        Self { light, texture: frame.texture(), eye, ray: *ray, sun, simd }
+    }
+
+    /// RGB radiance of a whole way through a texel of adaptive curves, in lanes of f32: to 1e-5 of it, and the parabola of a lamp's or
+    /// of height fog's radiance. `None` where that will not do: behind glass, where f32 cannot tell the depths apart, or beside a
+    /// lamp and at the edge of a cone, where no parabola is near.
+    pub fn crossing<const N: usize>(&self, crossing: &Crossing, curve: &AvsmCurve<N>) -> Option<DVec3> {
+        if self.texture.is_some() || !crossing.is_resolved() {
+            return None;
+        }
+        let (depths, sums) = curve.lanes();
+        let simd = self.simd;
+        let [a, b] = crossing.t;
+        if let Some(sun) = &self.sun {
+            let of = |sigma: f64| {
+                let optical_depth = (sigma * (b - a)) as f32;
+                let mean = at_level!(simd, mean_under_sun(depths, sums, crossing, optical_depth));
+                (-sigma * a).exp() * (b - a) * f64::from(mean)
+            };
+            let integrals = if sun.grey {
+                DVec3::splat(of(sun.sigma_t.x))
+            } else {
+                sun.sigma_t.to_array().map(of).into()
+            };
+            return Some(sun.source * integrals);
+        }
+        let at = |share: f64| self.light.radiance_at(crossing.at(share));
+        let [start, middle, end] = [0.0, 0.5, 1.0].map(at);
+        let bend = start - 2.0 * middle + end;
+        let (least, most) = (start.min(end).max_element(), start.max(end).max_element());
+        let is_smooth = most <= 2.0 * least && bend.abs().max_element() <= 0.05 * most;
+        // Radiance as a number of the middle's size, in which f32 neither under- nor overflows.
+        let unit = middle.max_element();
+        if !is_smooth || !(unit > 0.0 && unit.is_finite()) {
+            return None;
+        }
+        let coefficients = [start, 4.0 * middle - 3.0 * start - end, 2.0 * bend]
+            .map(|value| (value / unit).to_array().map(|value| value as f32));
+        let mean = at_level!(simd, mean_of_parabola(depths, sums, crossing, &coefficients));
+        Some(DVec3::from(mean.map(f64::from)).max(DVec3::ZERO) * (unit * (b - a)))
     }
 
     /// RGB radiance of a part that all of the light reaches.
