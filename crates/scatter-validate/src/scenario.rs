@@ -7,7 +7,7 @@
 use glam::{DMat4, DVec3, DVec4};
 use scatter_core::{
     Camera, CubeShadow, DepthMap, Frame, Light, LightTexture, MapProjection, Medium, ModelError, ShadowLayer,
-    ShadowMap,
+    ShadowMap, Translucent, TranslucentLayer, TranslucentSegment,
 };
 
 /// Everything that a frame borrows.
@@ -23,6 +23,8 @@ pub struct Scenario {
     pub shadow: Shadow,
     /// Coloured glass in front of it.
     pub glass: Option<Glass>,
+    /// Smoke and hair, captured for a map of its own.
+    pub smoke: Option<Smoke>,
     /// The medium.
     pub medium: Medium,
     /// Where rays end that hit nothing nearer \[world units\].
@@ -86,6 +88,15 @@ pub enum Shadow {
         /// Depths, `[face][row][column]`.
         texels: Vec<f32>,
     },
+}
+
+/// Segments of light rays, texel by texel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smoke {
+    /// Where its texels lie.
+    pub frame: MapFrame,
+    /// The segments of each texel in any order, `[row][column]`.
+    pub texels: Vec<Vec<TranslucentSegment>>,
 }
 
 /// Coloured glass.
@@ -172,6 +183,20 @@ impl Scenario {
         };
         let depth = DepthMap::new(&self.distances, self.camera.size())?;
         let frame = Frame::new(&self.camera, depth, &self.light, &shadow, &self.medium, self.max_distance)?;
+        let (mut offsets, mut segments) = (vec![0], Vec::new());
+        for texel in self.smoke.iter().flat_map(|smoke| &smoke.texels) {
+            segments.extend_from_slice(texel);
+            offsets.push(segments.len() as u32);
+        }
+        let smoke = match &self.smoke {
+            None => None,
+            Some(smoke) => Some([TranslucentLayer::new(smoke.frame.projection()?, &offsets, &segments)?]),
+        };
+        let translucent = smoke.as_ref().map(|layers| Translucent::Captured(layers));
+        let frame = match &translucent {
+            None => frame,
+            Some(translucent) => frame.with_translucent(translucent)?,
+        };
         match &self.glass {
             None => Ok(use_frame(&frame)),
             Some(glass) => {

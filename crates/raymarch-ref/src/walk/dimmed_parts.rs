@@ -4,6 +4,8 @@
 //! of the light is exp of a linear function between two crossings with such ends, and each such piece is integrated exactly
 //! ([`RayLight::fading_interval`]). f64.
 
+use std::cell::Cell;
+
 use glam::DVec3;
 use scatter_core::{RayLight, TranslucentLayer, TranslucentSegment, ViewRay};
 
@@ -52,6 +54,11 @@ pub fn dimmed_radiance(
     sum
 }
 
+thread_local! {
+    /// Where a ray passes the ends of one texel's segments: a buffer, so that rays allocate nothing.
+    static CUTS: Cell<Vec<f64>> = const { Cell::new(Vec::new()) };
+}
+
 /// Joins neighbours of one constant transmittance, so that clear stretches are integrated once.
 struct Pieces<'e> {
     open: Option<(f64, f64, f64)>,
@@ -97,11 +104,12 @@ fn walk(
     let (mut i, mut j) = path.texel_at(a);
     let (mut exit_u, mut exit_v) = (path.u.exit(i, 1), path.v.exit(j, 1));
     let mut t = a;
-    let mut cuts = Vec::new();
+    let mut cuts = CUTS.take();
     loop {
         let end = exit_u.min(exit_v).min(b);
         texel(layer.at(i as u32, j as u32), [depth, slope], [t, end], &mut cuts, pieces);
         if end >= b {
+            CUTS.set(cuts);
             return;
         }
         t = end;

@@ -197,7 +197,7 @@ impl Occluders {
 fn check(scene: &Scene) -> Result<(), OccluderError> {
     let bad = |what, index, field, value, range| OccluderError::BadValue { what, index, field, value, range };
     let size = "a finite number ≥ 0";
-    let is_size = |value: f64| value >= 0.0 && value <= MAX_COORDINATE;
+    let is_size = |value: f64| (0.0..=MAX_COORDINATE).contains(&value);
     let coordinate = |p: DVec3| p.to_array().into_iter().find(|c| !(c.abs() <= MAX_COORDINATE));
     for (index, particle) in scene.particles.iter().enumerate() {
         let &Particle { centre, radius, density } = particle;

@@ -111,7 +111,8 @@ fn image_cell(trial: &ImageTrial, expected: &Expected, contender: &Contender<'_>
     let limit = if contender.is_reference() {
         Limit::Largest(trial.reference_tolerance)
     } else {
-        Limit::of_technique(scenario.casts_shadow() || scenario.glass.is_some(), 1, trial.reference_tolerance)
+        let is_plain = !scenario.casts_shadow() && scenario.glass.is_none() && scenario.smoke.is_none();
+        Limit::of_technique(!is_plain, 1, trial.reference_tolerance)
     };
     match render(contender, scenario) {
         Ok(image) => judged(&image, scenario.size(), expected, limit, trial.reference_tolerance),

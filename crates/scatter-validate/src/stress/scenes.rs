@@ -101,7 +101,17 @@ fn block(i: u32, j: u32, least: f32, range: f32) -> f32 {
 fn scenario(camera: Camera, light: Light, shadow: Shadow) -> Result<Scenario, ModelError> {
     let distances = ground(&camera);
     let medium = medium()?;
-    Ok(Scenario { camera, distances, light, shadow, glass: None, medium, max_distance: FAR, rays: None })
+    Ok(Scenario {
+        camera,
+        distances,
+        light,
+        shadow,
+        glass: None,
+        smoke: None,
+        medium,
+        max_distance: FAR,
+        rays: None,
+    })
 }
 
 /// Distances to the plane y = 0 along the pixels' rays; `+∞` above the horizon.

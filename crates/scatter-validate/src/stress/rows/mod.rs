@@ -9,6 +9,7 @@ mod images_and_cameras;
 mod laws;
 mod maps;
 mod media;
+mod smoke;
 mod suite_lamp;
 mod suite_sun;
 
@@ -27,6 +28,7 @@ pub fn all_rows() -> Vec<StressRow> {
         suite_lamp::rows(),
         media::rows(),
         height_fog::rows(),
+        smoke::rows(),
         eyes_and_lights::rows(),
         images_and_cameras::rows(),
         maps::rows(),

@@ -1,0 +1,104 @@
+//! Smoke and hair on the way of the light: thin, opaque, without thickness, out of order, beside the map.
+
+use scatter_core::{ModelError, TranslucentSegment};
+
+use crate::scenario::{MapFrame, Scenario, Shadow, Smoke, texels_of};
+use crate::stress::row::StressRow;
+use crate::stress::scenes;
+
+const GROUP: &str = "smoke and hair";
+
+/// A scene of a sun or a spot with segments in the texels of a map of its own, `texels(column, row)`, whose depths are shares of
+/// the scene's.
+fn with(
+    scene: Result<Scenario, ModelError>,
+    size: [u32; 2],
+    texels: impl Fn(u32, u32) -> Vec<TranslucentSegment>,
+) -> Result<Scenario, ModelError> {
+    let scene = scene?;
+    let (frame, [near, far]) = match &scene.shadow {
+        // Depths around the target's.
+        Shadow::Parallel(layers) => (layers[0].frame, [14.0, 26.0]),
+        Shadow::Perspective(layer) => (layer.frame, [0.5, 7.0]),
+        Shadow::None | Shadow::Cube { .. } => return Ok(scene),
+    };
+    let place = |depth: f32| near + (far - near) * depth;
+    let placed = |segment: TranslucentSegment| TranslucentSegment {
+        entry: place(segment.entry),
+        exit: place(segment.exit),
+        ..segment
+    };
+    let frame = MapFrame { size, ..frame };
+    let texels = texels_of(size, |i, j| texels(i, j).into_iter().map(placed).collect());
+    Ok(Scenario { smoke: Some(Smoke { frame, texels }), ..scene })
+}
+
+/// A number in [0, 1) for each texel and index: the same on every machine.
+fn number(i: u32, j: u32, index: u32) -> f32 {
+    let bits = (i.wrapping_mul(0x9e37_79b9) ^ j.wrapping_mul(0x85eb_ca6b)) ^ index.wrapping_mul(0xc2b2_ae35);
+    let bits = (bits ^ (bits >> 15)).wrapping_mul(0x2c1b_3c6d);
+    (bits ^ (bits >> 12)) as f32 / 4_294_967_296.0
+}
+
+/// A segment of smoke somewhere.
+fn cloud(i: u32, j: u32, index: u32) -> TranslucentSegment {
+    let entry = 0.8 * number(i, j, 3 * index);
+    let exit = entry + 0.2 * number(i, j, 3 * index + 1);
+    TranslucentSegment { entry, exit, optical_depth: 1.5 * number(i, j, 3 * index + 2) }
+}
+
+fn hair(i: u32, j: u32, index: u32) -> TranslucentSegment {
+    TranslucentSegment::hair(number(i, j, 2 * index), 0.4 * number(i, j, 2 * index + 1))
+}
+
+/// Rows of smoke and hair.
+pub fn rows() -> Vec<StressRow> {
+    let mut rows = Vec::new();
+    let lights: [scenes::NamedScene; 2] = [("sun", scenes::sun), ("spot", scenes::spot)];
+    for (light, scene) in lights {
+        let mut row = |name: &str, scene: Result<Scenario, ModelError>| {
+            rows.push(StressRow::image(GROUP, format!("{name}, {light}"), scene));
+        };
+        // A spot's map is square.
+        let size = if light == "sun" { [9, 7] } else { [8, 8] };
+        row("overlapping smoke", with(scene(), size, |i, j| (0..3).map(|n| cloud(i, j, n)).collect()));
+        row("hair out of order", with(scene(), size, |i, j| (0..9).map(|n| hair(i, j, n)).collect()));
+        row(
+            "smoke and hair in some texels",
+            with(
+                scene(),
+                size,
+                |i, j| if (i + j) % 3 == 0 { vec![cloud(i, j, 0), hair(i, j, 9)] } else { vec![] },
+            ),
+        );
+        row("no segment at all", with(scene(), size, |_, _| Vec::new()));
+        row(
+            "one texel for all",
+            with(scene(), [1, 1], |_, _| vec![cloud(0, 0, 1), hair(0, 0, 3), hair(0, 0, 4)]),
+        );
+        row(
+            "an optical depth of 1e-9, and one of 1e4",
+            with(scene(), size, |i, j| {
+                let whole = if i % 2 == 0 { 1e-9 } else { 1e4 };
+                vec![TranslucentSegment { optical_depth: whole, ..cloud(i, j, 0) }]
+            }),
+        );
+        row(
+            "opaque hair and opaque smoke",
+            with(scene(), size, |i, j| {
+                let opaque = TranslucentSegment { optical_depth: f32::INFINITY, ..cloud(i, j, 0) };
+                if i % 2 == 0 {
+                    vec![opaque, cloud(i, j, 1)]
+                } else {
+                    vec![TranslucentSegment::hair(number(i, j, 5), 1.0)]
+                }
+            }),
+        );
+        row(
+            "the same hair a hundred times",
+            with(scene(), size, |i, j| vec![TranslucentSegment::hair(number(i, j, 1), 0.02); 100]),
+        );
+        row("all before everything", with(scene(), size, |_, _| vec![TranslucentSegment::hair(0.0, 0.5)]));
+    }
+    rows
+}
