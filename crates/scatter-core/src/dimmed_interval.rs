@@ -103,6 +103,14 @@ impl RayLight<'_> {
         }
     }
 
+    /// In-scattered RGB radiance \[W/(m²·sr)\] for a unit of length at the ray parameter t, 0 ≤ t < ∞, if all of the light gets
+    /// there: the integrand of [`Self::interval`].
+    pub fn radiance_at(&self, t: f64) -> DVec3 {
+        let (_, value) = self.integrand(t, 0.0);
+        // Around a lamp the variable is ln p, which grows by 1/d a unit of length.
+        self.lamp_ray().map_or(value, |ray| value / ray.distance_at(t))
+    }
+
     fn dimmed_piece(
         &self,
         a: f64,

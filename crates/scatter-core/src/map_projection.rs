@@ -126,6 +126,13 @@ impl MapProjection {
         Self { rows: [u * scale(0), v * scale(1), depth], perspective: self.perspective, size }.checked()
     }
 
+    /// The same rectangle, or the same cone, cut into other texels. An error if a side has none or too many.
+    pub fn with_size(&self, size: [u32; 2]) -> Result<Self, ModelError> {
+        let [across, down] = std::array::from_fn(|axis| f64::from(size[axis]) / f64::from(self.size[axis]));
+        let [u, v, depth] = self.rows;
+        Self { rows: [u * across, v * down, depth], perspective: self.perspective, size }.checked()
+    }
+
     /// For constants: what these rows mean is not checked.
     pub(crate) const fn from_rows_unchecked(rows: [DVec4; 3], perspective: bool, size: [u32; 2]) -> Self {
         Self { rows, perspective, size }
@@ -256,6 +263,26 @@ fn frame_of(forward: [f64; 3], up: [f64; 3]) -> Result<(DVec3, DVec3, DVec3), Mo
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn another_size_cuts_the_same_rectangle() {
+        let (position, forward, up) = ([1.0, 2.0, 3.0], [0.2, -1.0, 0.3], [0.0, 0.0, 1.0]);
+        for map in [
+            MapProjection::orthographic(position, forward, up, [4.0, 3.0], [16, 9]).unwrap(),
+            MapProjection::perspective(position, forward, up, 0.8, 12).unwrap(),
+        ] {
+            let finer = map.with_size([48, 36]).unwrap();
+            let p = DVec3::new(0.5, -1.0, 4.0);
+            let (coarse, fine) = (map.texel_from_world(p), finer.texel_from_world(p));
+            let [width, height] = map.size().map(f64::from);
+            assert!(
+                (fine.x / 48.0 - coarse.x / width).abs() < 1e-14
+                    && (fine.y / 36.0 - coarse.y / height).abs() < 1e-14
+            );
+            assert_eq!(fine.z, coarse.z);
+            assert!(map.with_size([0, 3]).is_err());
+        }
+    }
 
     #[test]
     fn the_top_left_texel_lies_up_and_left_of_the_axis() {

@@ -61,6 +61,8 @@
 
 pub use scatter_core::*;
 
+#[cfg(feature = "avsm")]
+pub use avsm;
 #[cfg(feature = "epipolar")]
 pub use epipolar;
 #[cfg(feature = "minmax-mipmap")]
@@ -76,6 +78,8 @@ pub static TECHNIQUES: &[&dyn Technique] = &[
     &epipolar::TECHNIQUE,
     #[cfg(feature = "minmax-mipmap")]
     &minmax_mipmap::TECHNIQUE,
+    #[cfg(feature = "avsm")]
+    &avsm::TECHNIQUE,
 ];
 
 /// The technique with that id.

@@ -1,0 +1,181 @@
+//! The technique as tools see it: its options as a table, its choice for a target, and its ladder of settings.
+
+use scatter_core::{
+    Choice, Configurable, MemoryBound, OptionError, OptionRange, OptionTable, Rounding, SceneFacts, Target,
+    TechniqueInfo, VolumetricShadow, option_row,
+};
+
+use crate::options::{Between, Curve, ID, MOST_CURVES, Moments, Nodes, Opaque, Options, Removal};
+use crate::technique::{Avsm, CAPABILITIES};
+
+static TABLE: OptionTable<Options> = OptionTable {
+    technique: ID,
+    rows: &[
+        option_row!("curve", "the transmittance curve of a texel", Curve, curve),
+        option_row!("nodes", "nodes of an adaptive curve", Nodes, nodes),
+        option_row!(
+            "removal",
+            "which node an adaptive curve loses: by the area of exponentials or of triangles",
+            Removal,
+            removal
+        ),
+        option_row!("between", "how an adaptive curve runs between nodes", Between, between),
+        option_row!("moments", "power moments of a curve of moments", Moments, moments),
+        option_row!(
+            "threshold",
+            "largest error of a deep shadow map's transmittance",
+            "",
+            OptionRange::Real([1e-6, 1.0]),
+            threshold as f32
+        ),
+        option_row!(
+            "curves",
+            "texels along the longer side of a curve map, of cube faces and cascades each; captured occluders bring their own",
+            "texels",
+            OptionRange::Whole([1, MOST_CURVES as u64]),
+            curves as u32
+        ),
+        option_row!(
+            "opaque",
+            "where opaque surfaces are: in the shadow map, or in the curves",
+            Opaque,
+            opaque
+        ),
+    ],
+};
+
+static INFO: TechniqueInfo = TechniqueInfo {
+    id: ID,
+    summary: "fog lit through smoke and hair, by a transmittance curve a texel",
+    paper: "Salvi et al. 2010",
+    misses: "",
+    capabilities: CAPABILITIES,
+    rounding: Rounding::F64,
+    // Blocks of the shadow map: 8.2 bytes for 64 texels. Curves: 16 layers of 2048² with 16 nodes are 8.6 GB, by default six of
+    // 256² with 8 nodes 25 MB. Deep and uncompressed curves hold what their occluders ask besides, within core's limit of
+    // a capture.
+    memory: MemoryBound { fixed: 9 << 30, a_pixel: 8, a_texel: 1 },
+    options: &TABLE,
+};
+
+/// The technique for tools.
+#[derive(Debug, Clone, Copy)]
+pub struct AvsmTechnique;
+
+/// The one instance of [`AvsmTechnique`].
+pub static TECHNIQUE: AvsmTechnique = AvsmTechnique;
+
+impl Configurable for AvsmTechnique {
+    type Options = Options;
+
+    fn info(&self) -> &'static TechniqueInfo {
+        &INFO
+    }
+
+    fn table(&self) -> &'static OptionTable<Options> {
+        &TABLE
+    }
+
+    fn choose(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        facts: &SceneFacts,
+    ) -> Result<Options, OptionError> {
+        match target {
+            Target::Quality(level) => Ok(Options::for_quality(level)),
+            Target::Error(_) => {
+                refuse(
+                    overrides,
+                    "opaque",
+                    &["map"],
+                    "map: curves have a resolution of their own, which promises nothing",
+                )?;
+                if facts.translucent {
+                    let range = "uncompressed: other curves promise no error";
+                    refuse(overrides, "curve", &["uncompressed"], range)?;
+                }
+                Ok(Options::exact(facts))
+            }
+        }
+    }
+
+    fn instance(&self, options: Options) -> Box<dyn VolumetricShadow> {
+        Box::new(Avsm::new(options))
+    }
+
+    fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
+        [4.0, 8.0, 16.0].map(|nodes| vec![("nodes", nodes)]).into()
+    }
+}
+
+/// An error if the caller sets an option to anything but these values.
+fn refuse(
+    overrides: &[(&str, &str)],
+    key: &'static str,
+    allowed: &[&str],
+    range: &str,
+) -> Result<(), OptionError> {
+    match overrides.iter().rfind(|(own, _)| *own == key) {
+        Some((_, value)) if !allowed.contains(value) => {
+            Err(OptionError::BadValue { technique: ID, key, value: (*value).into(), range: range.into() })
+        }
+        _ => Ok(()),
+    }
+}
+
+impl Options {
+    /// What promises an error: the truth of the captured segments, where there are any. Opaque surfaces are exact anyway.
+    pub fn exact(facts: &SceneFacts) -> Self {
+        let curve = if facts.translucent { Curve::Uncompressed } else { Curve::default() };
+        Self { curve, ..Self::default() }
+    }
+
+    /// Sets one option from text; an error names key, value and range, or all keys.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), OptionError> {
+        TABLE.set(self, key, value)
+    }
+}
+
+impl Choice for Curve {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![
+            ("avsm", Self::Avsm),
+            ("deep", Self::Deep),
+            ("opacity", Self::Opacity),
+            ("fourier", Self::Fourier),
+            ("moments", Self::Moments),
+            ("uncompressed", Self::Uncompressed),
+        ]
+    }
+}
+
+impl Choice for Nodes {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("4", Self::Four), ("8", Self::Eight), ("12", Self::Twelve), ("16", Self::Sixteen)]
+    }
+}
+
+impl Choice for Moments {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("4", Self::Four), ("6", Self::Six), ("8", Self::Eight)]
+    }
+}
+
+impl Choice for Removal {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("exponential", Self::Exponential), ("triangle", Self::Triangle)]
+    }
+}
+
+impl Choice for Between {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("exponential", Self::Exponential), ("linear", Self::Linear)]
+    }
+}
+
+impl Choice for Opaque {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("map", Self::Map), ("curve", Self::Curve)]
+    }
+}
