@@ -7,13 +7,13 @@ use epipolar::driver::{SliceQueries, SliceRoom, SliceSetup, SliceView, channels_
 use epipolar::rows::{Row, RunIndex, TexturedRow};
 use scatter_core::{Light, RenderStats, at_level};
 
-use crate::exact::{ExactSums, ExactTask};
+use crate::exact::{ExactSums, ExactTask, Ways, band_ratio};
 use crate::fourier::{FourierAnswers, FourierRow, Terms};
 use crate::moments::{Answer, DepthScale, MomentAnswers, MomentRow, bias_of};
-use crate::options::{Basis, Options, Weighting};
+use crate::options::{Basis, Filter, Options, Weighting};
 use crate::runs::{Asked, Extremes, Runs};
 use crate::storage::Storage;
-use crate::weights::{BandWeights, QueryRays, Weights};
+use crate::weights::{BandWeights, Fog, QueryRays, Weights};
 
 /// Length of a view ray that never ends: far enough for any lamp, and its products stay within f32.
 const FARTHEST: f64 = 1e18;
@@ -23,6 +23,9 @@ const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 17.0;
 
 /// Part of a certificate's tolerance that blended weights may take.
 const PART_OF_WEIGHTS: f64 = 0.2;
+
+/// Part of it that the interpolation of exact sums may take.
+const PART_OF_SUMS: f64 = 0.1;
 
 /// Filters the rows of epipolar slices and answers view rays from them (Klehm et al. 2014; Peters et al. 2016).
 ///
@@ -35,6 +38,7 @@ pub struct PrefixIntegrator {
     channels: usize,
     longest: f64,
     is_lamp: bool,
+    ways: Ways,
 }
 
 /// Buffers of a worker for one slice.
@@ -73,7 +77,14 @@ struct Counts {
 impl PrefixIntegrator {
     /// With options that are in their ranges.
     pub fn new(options: Options) -> Self {
-        Self { options, weights: Weights::default(), channels: 1, longest: FARTHEST, is_lamp: false }
+        Self {
+            options,
+            weights: Weights::default(),
+            channels: 1,
+            longest: FARTHEST,
+            is_lamp: false,
+            ways: Ways::default(),
+        }
     }
 }
 
@@ -102,6 +113,10 @@ impl SliceIntegrator for PrefixIntegrator {
             // Even weights are off by an eighth of the optical depth: switched on only where that cannot matter.
             None => deepest <= 8.0 * PART_OF_WEIGHTS * tolerance && !is_fog,
         };
+        let is_plain_sun = !self.is_lamp && !is_fog;
+        let ratios = sigma_t.map(|sigma| band_ratio(sigma * self.longest, PART_OF_SUMS * tolerance));
+        let fog = if self.is_lamp { None } else { Fog::of(medium) };
+        self.ways = Ways { is_plain_sun, fog, ratios };
         self.weights.set_up(setup, even, PART_OF_WEIGHTS * tolerance, longest_ray);
     }
 
@@ -159,8 +174,10 @@ impl SliceIntegrator for PrefixIntegrator {
         let channels = if texture.is_some() { 3 } else { self.channels };
         self.find_open(slice, runs, (queries, channels), scratch);
         if scratch.asked.len() > 0 {
-            scratch.is_doubted[..scratch.asked.len()].fill(false);
-            for channel in 0..channels {
+            let exact_at_once =
+                self.options.certified && self.options.filter == Filter::Auto && self.ways.is_plain_sun;
+            scratch.is_doubted[..scratch.asked.len()].fill(exact_at_once);
+            for channel in 0..if exact_at_once { 0 } else { channels } {
                 self.answer(slice, runs, channel, scratch);
                 self.take_answers(queries, channel, scratch);
             }
@@ -172,7 +189,7 @@ impl SliceIntegrator for PrefixIntegrator {
             scratch.counts.exact += doubted.len() as u64;
             scratch.counts.answered += (asked.len() - doubted.len()) as u64;
             let task = ExactTask { slice, runs, asked, doubted, channels };
-            scratch.exact.sum(&task, self.weights.is_plain_sun(), queries);
+            scratch.exact.sum(&task, &self.ways, queries);
         }
         (scratch.row, scratch.textured) = (row, textured);
     }

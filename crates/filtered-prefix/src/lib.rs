@@ -27,7 +27,7 @@ mod tool;
 mod weights;
 
 pub use integrator::PrefixIntegrator;
-pub use options::{Basis, ID, Options, Rectification, Weighting};
+pub use options::{Basis, Filter, ID, Options, Rectification, Weighting};
 pub use storage::Storage;
 pub use technique::{CAPABILITIES, FilteredPrefix};
 pub use tool::{FilteredPrefixTechnique, TECHNIQUE};

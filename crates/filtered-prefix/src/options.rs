@@ -26,6 +26,8 @@ pub struct Options {
     /// Largest certificate of a pixel's share, of the share less the certificate; or of the unoccluded light where
     /// [`Self::absolute`] is set.
     pub tolerance: f64,
+    /// Which slices are filtered at all.
+    pub filter: Filter,
     /// Whether certificates are held against the unoccluded light instead of the pixel's own.
     pub absolute: bool,
     /// Columns of a slice that one texel may hide before the light rays behind it are told apart, 0 to 16: 0 is exact.
@@ -60,6 +62,16 @@ pub enum Weighting {
     Average,
     /// By the light that reference rays have of them (Section 3.2).
     Reference,
+}
+
+/// Which slices are filtered, where pixels are certified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// Those whose exact integral costs more: all but those of a sun in a uniform medium.
+    #[default]
+    Auto,
+    /// All of them.
+    Always,
 }
 
 /// How the shadow map is rectified.
@@ -107,6 +119,7 @@ impl Options {
             rectification: None,
             storage: Storage::F32,
             tolerance: certificate,
+            filter: Filter::Auto,
             absolute: false,
             // Half a column of a thumbnail is much of its picture.
             uncut_columns: if measured { split * scale as f32 } else { 0.0 },

@@ -8,7 +8,7 @@ use scatter_core::{
 
 use crate::fourier::FOURIER_COUNTS;
 use crate::moments::COUNTS;
-use crate::options::{Basis, ID, Options, Rectification, Weighting};
+use crate::options::{Basis, Filter, ID, Options, Rectification, Weighting};
 use crate::storage::Storage;
 use crate::technique::{CAPABILITIES, FilteredPrefix};
 
@@ -46,6 +46,12 @@ static TABLE: OptionTable<Options> = OptionTable {
             "",
             OptionRange::Real([0.0, 1.0]),
             tolerance as f64
+        ),
+        option_row!(
+            "filter",
+            "which slices are filtered, where pixels are certified; auto: those whose exact integral costs more",
+            Filter,
+            filter
         ),
         option_row!(
             "spacing",
@@ -111,7 +117,7 @@ static INFO: TechniqueInfo = TechniqueInfo {
         derivation: "with a certificate of 0 all partly lit pixels are integrated exactly over rows in f32; the closed form is one \
                      of f32, of a lamp twice the 2.3e-5 that was met",
     },
-    memory: MemoryBound { fixed: 32 << 20, a_pixel: 128, a_texel: 1 },
+    memory: MemoryBound { fixed: 64 << 20, a_pixel: 128, a_texel: 1 },
     options: &TABLE,
 };
 
@@ -232,5 +238,6 @@ choices! {
     Basis: "moments" Self::Moments, "fourier" Self::Fourier;
     Weighting: "average" Self::Average, "reference" Self::Reference;
     Rectification: "resampled" Self::Resampled;
+    Filter: "auto" Self::Auto, "always" Self::Always;
     Storage: "f32" Self::F32, "f16" Self::F16, "u8" Self::U8;
 }

@@ -5,17 +5,18 @@ use std::cell::RefCell;
 
 use epipolar::DirectIntegrator;
 use epipolar::driver::{SliceDriver, SliceSettings};
-use filtered_prefix::{FilteredPrefix, Options};
+use filtered_prefix::{Filter, FilteredPrefix, Options};
 use proptest::test_runner::{Config, TestRunner};
 use scatter_core::{Frame, HeightFalloff, RayLight, RenderStats, ScatterImage, VolumetricShadow};
 use scatter_testing::{Filling, MapKind, OwnedFrame, SliceCase, coloured_medium, slice_cases};
 
 /// Slices half a pixel apart, not halved, rows not simplified: the driver does the same whatever sums the slices.
-fn settings(tolerance: f64, absolute: bool) -> Options {
+fn settings(tolerance: f64, absolute: bool, filter: Filter) -> Options {
     let even = SliceSettings::even(0.5);
     Options {
         tolerance,
         absolute,
+        filter,
         uncut_columns: 0.0,
         spacing: even.spacing,
         fewest_slices: even.fewest_slices,
@@ -75,10 +76,10 @@ impl Found {
     }
 }
 
-fn check(frame: &OwnedFrame, tolerance: f64, absolute: bool, found: &mut Found) {
+fn check(frame: &OwnedFrame, tolerance: f64, absolute: bool, filter: Filter, found: &mut Found) {
     frame.with(|frame| {
         let exact = direct(frame);
-        let (image, stats) = rendered(frame, settings(tolerance, absolute));
+        let (image, stats) = rendered(frame, settings(tolerance, absolute, filter));
         let whole = unoccluded(frame);
         let brightest = frame.texture().map_or(1.0, |texture| {
             texture.texels().iter().flatten().fold(1.0f32, |most, &colour| most.max(colour))
@@ -119,7 +120,9 @@ fn try_cases(cases: u32, seed: u64, change: impl Fn(&SliceCase, OwnedFrame) -> O
             let frame = change(&case, case.frame_of([11, 7], Some([33, 64])));
             let which = (case.seed ^ seed) % 8;
             let tolerance = tolerances[(which % 4) as usize];
-            check(&frame, tolerance, which > 3, &mut found.borrow_mut());
+            // By the way of every slice's own choice, and by filters wherever they suffice.
+            let filter = if case.seed % 3 == 0 { Filter::Auto } else { Filter::Always };
+            check(&frame, tolerance, which > 3, filter, &mut found.borrow_mut());
             Ok(())
         })
         .unwrap();
@@ -159,7 +162,9 @@ fn certified_frames_keep_their_tolerance_through_coloured_glass() {
             if seed == 2 {
                 frame.medium = coloured_medium();
             }
-            check(&frame, tolerance, seed == 1, &mut found);
+            for filter in [Filter::Auto, Filter::Always] {
+                check(&frame, tolerance, seed == 1, filter, &mut found);
+            }
         }
     }
     found.print();

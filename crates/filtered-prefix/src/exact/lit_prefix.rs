@@ -1,28 +1,31 @@
 //! Prefix sums over the lit runs of a row, kept up to date while view rays come nearer to the light: a sum up to any run is three
 //! look-ups, whatever the row holds.
 
+/// Numbers that are summed side by side: one a knot.
+pub const KNOTS: usize = 4;
+
 /// Runs of a block, and blocks of a group.
 const SIDE: usize = 16;
 
 /// End of a list.
 const NONE: u32 = u32::MAX;
 
-/// Weights of two references side by side.
-pub type Pair = [f32; 2];
+/// Weights of a run, by each knot.
+pub type Terms = [f32; KNOTS];
 
 /// Sums of the weights of lit runs before each run, for view rays that come nearer and nearer to the light: a run that is lit for one
 /// of them is lit for all that follow.
 ///
-/// Three levels: runs of a block, blocks of a group, groups. A run that becomes lit is added behind itself in each (sixteen lanes
-/// at once in the first two); sums are of numbers ≥ 0, so nothing cancels.
+/// Three levels: runs of a block, blocks of a group, groups. A run that becomes lit is added behind itself in each; sums are of
+/// numbers ≥ 0, so nothing cancels.
 #[derive(Debug, Default)]
 pub struct LitPrefix {
-    /// `[reference][run]`: lit weight of the runs before it in its block.
-    in_block: [Vec<f32>; 2],
-    /// `[reference][block]`: of the blocks before it in its group.
-    in_group: [Vec<f32>; 2],
-    /// `[reference][group]`: of the groups before it.
-    groups: [Vec<f32>; 2],
+    /// Lit weight of the runs before each run in its block.
+    in_block: Vec<Terms>,
+    /// Of the blocks before each block in its group.
+    in_group: Vec<Terms>,
+    /// Of the groups before each group.
+    groups: Vec<Terms>,
     /// Runs that a number of columns sees, as lists.
     heads: Vec<u32>,
     next: Vec<u32>,
@@ -30,61 +33,53 @@ pub struct LitPrefix {
     column: usize,
 }
 
+#[inline(always)]
+fn add(sum: &mut Terms, terms: &Terms) {
+    for (sum, term) in sum.iter_mut().zip(terms) {
+        *sum += term;
+    }
+}
+
 impl LitPrefix {
     /// Room for `runs` runs and `columns` columns.
     pub fn reserve(&mut self, runs: usize, columns: usize) {
         let blocks = runs / SIDE + 1;
         let all_groups = blocks / SIDE + 1;
-        let lists = [
-            (&mut self.in_block, (blocks + 1) * SIDE),
-            (&mut self.in_group, (all_groups + 1) * SIDE),
-            (&mut self.groups, all_groups + 1),
-        ];
-        for (list, length) in lists {
-            for list in list {
-                if list.len() < length {
-                    list.resize(length, 0.0);
-                }
+        let grow = |list: &mut Vec<Terms>, length: usize| {
+            if list.len() < length {
+                list.resize(length, [0.0; KNOTS]);
             }
-        }
+        };
+        grow(&mut self.in_block, (blocks + 1) * SIDE);
+        grow(&mut self.in_group, (all_groups + 1) * SIDE);
+        grow(&mut self.groups, all_groups + 1);
         self.heads.resize((columns + 1).max(self.heads.len()), NONE);
         self.next.resize((runs + 1).max(self.next.len()), NONE);
     }
 
     /// Sums of a row as the column farthest from the light sees them. `lit` are the columns, counted from the light, that see each run
-    /// lit; of them those from `first` on ask, `columns` ≥ 1 of them. `weights` are up to the start of each run, one more than
-    /// there are runs, for one reference or two.
+    /// lit; of them those from `first` on ask, `columns` ≥ 1 of them.
     #[inline(always)]
-    pub fn fill(&mut self, lit: &[u32], weights: [&[f32]; 2], first: u32, columns: usize) {
-        let runs = lit.len();
-        self.reserve(runs, columns);
+    pub fn fill(&mut self, lit: &[u32], weights: &[Terms], first: u32, columns: usize) {
+        self.reserve(lit.len(), columns);
         self.heads[..=columns].fill(NONE);
-        for side in 0..2 {
-            let [in_block, in_group, groups] =
-                [&mut self.in_block[side], &mut self.in_group[side], &mut self.groups[side]];
-            let weights = weights[side];
-            let (mut block, mut group, mut all) = (0.0f32, 0.0f32, 0.0f32);
-            for run in 0..=runs {
-                if run % SIDE == 0 {
-                    if run % (SIDE * SIDE) == 0 {
-                        all += group + block;
-                        groups[run / (SIDE * SIDE)] = all;
-                        group = 0.0;
-                    } else {
-                        group += block;
-                    }
-                    in_group[run / SIDE] = group;
-                    block = 0.0;
+        let (mut block, mut group, mut all) = ([0.0; KNOTS], [0.0; KNOTS], [0.0; KNOTS]);
+        for (run, (&lit, weight)) in lit.iter().zip(weights).enumerate() {
+            if run % SIDE == 0 {
+                add(&mut group, &block);
+                block = [0.0; KNOTS];
+                if run % (SIDE * SIDE) == 0 {
+                    add(&mut all, &group);
+                    group = [0.0; KNOTS];
+                    self.groups[run / (SIDE * SIDE)] = all;
                 }
-                in_block[run] = block;
-                if run < runs && (lit[run].max(first) - first) as usize >= columns {
-                    block += weights[run + 1] - weights[run];
-                }
+                self.in_group[run / SIDE] = group;
             }
-        }
-        for (run, &lit) in lit.iter().enumerate() {
+            self.in_block[run] = block;
             let seen = (lit.max(first) - first) as usize;
-            if seen > 0 && seen < columns {
+            if seen >= columns {
+                add(&mut block, weight);
+            } else if seen > 0 {
                 self.next[run] = self.heads[seen];
                 self.heads[seen] = run as u32;
             }
@@ -92,13 +87,13 @@ impl LitPrefix {
         self.column = columns - 1;
     }
 
-    /// Goes on to a column nearer to the light, counted from the first; `last` is the last run that will be asked for.
+    /// Goes on to a column nearer to the light, counted from the first.
     #[inline(always)]
-    pub fn advance(&mut self, column: usize, weights: [&[f32]; 2], last: usize) {
+    pub fn advance(&mut self, column: usize, weights: &[Terms]) {
         while self.column > column {
             let mut run = self.heads[self.column];
             while run != NONE {
-                self.add(run as usize, weights, last);
+                self.add(run as usize, weights);
                 run = self.next[run as usize];
             }
             self.column -= 1;
@@ -106,36 +101,33 @@ impl LitPrefix {
     }
 
     #[inline(always)]
-    fn add(&mut self, run: usize, weights: [&[f32]; 2], last: usize) {
+    fn add(&mut self, run: usize, weights: &[Terms]) {
+        let weight = weights[run];
         let (block, group) = (run / SIDE, run / (SIDE * SIDE));
-        for side in 0..2 {
-            let weight = weights[side][run + 1] - weights[side][run];
-            let behind = |from: usize, list: &mut [f32]| {
-                let lanes = list.iter_mut().enumerate();
-                lanes.for_each(|(lane, sum)| *sum += if lane > from { weight } else { 0.0 });
-            };
-            behind(run % SIDE, &mut self.in_block[side][block * SIDE..(block + 1) * SIDE]);
-            behind(block % SIDE, &mut self.in_group[side][group * SIDE..(group + 1) * SIDE]);
-            for sum in &mut self.groups[side][group + 1..=last / (SIDE * SIDE) + 1] {
-                *sum += weight;
-            }
+        for sum in &mut self.in_block[run + 1..(block + 1) * SIDE] {
+            add(sum, &weight);
+        }
+        for sum in &mut self.in_group[block + 1..(group + 1) * SIDE] {
+            add(sum, &weight);
+        }
+        for sum in &mut self.groups[group + 1..weights.len().div_ceil(SIDE * SIDE)] {
+            add(sum, &weight);
         }
     }
 
     /// Lit weight of all runs before one.
     #[inline(always)]
-    pub fn before(&self, run: usize) -> Pair {
-        [0, 1].map(|side| {
-            self.groups[side][run / (SIDE * SIDE)]
-                + self.in_group[side][run / SIDE]
-                + self.in_block[side][run]
-        })
+    pub fn before(&self, run: usize) -> Terms {
+        let mut sum = self.in_block[run];
+        add(&mut sum, &self.in_group[run / SIDE]);
+        add(&mut sum, &self.groups[run / (SIDE * SIDE)]);
+        sum
     }
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        let floats = self.in_block.iter().chain(&self.in_group).chain(&self.groups);
-        4 * (floats.map(Vec::capacity).sum::<usize>() + self.heads.capacity() + self.next.capacity())
+        let terms = self.in_block.capacity() + self.in_group.capacity() + self.groups.capacity();
+        size_of::<Terms>() * terms + 4 * (self.heads.capacity() + self.next.capacity())
     }
 }
 
@@ -153,23 +145,22 @@ mod tests {
             columns in 1usize..40,
             asked in prop::collection::vec(any::<prop::sample::Index>(), 1..60),
         ) {
-            let weights: Vec<f32> = (0..=lit.len()).map(|n| n as f32 + (n % 7) as f32 / 8.0).collect();
-            let twice: Vec<f32> = weights.iter().map(|w| 2.0 * w).collect();
+            let weight = |run: usize| 1.0 + (run % 7) as f32 / 8.0;
+            let weights: Vec<Terms> = (0..lit.len()).map(|run| [1.0, 2.0, 3.0, 4.0].map(|k| k * weight(run))).collect();
             let mut sums = LitPrefix::default();
             // What an earlier slice has left behind must not matter.
-            sums.fill(&[3, 1, 50, 2].repeat(100), [&vec![1.0; 401], &vec![2.0; 401]], 0, 30);
-            sums.advance(3, [&vec![1.0; 401], &vec![2.0; 401]], 400);
-            sums.fill(&lit, [&weights, &twice], first, columns);
+            let earlier = vec![[1.0; KNOTS]; 400];
+            sums.fill(&[3, 1, 50, 2].repeat(100), &earlier, 0, 30);
+            sums.advance(3, &earlier);
+            sums.fill(&lit, &weights, first, columns);
             for (step, at) in asked.iter().enumerate() {
                 let column = (columns - 1).saturating_sub(step);
-                sums.advance(column, [&weights, &twice], lit.len() - 1);
+                sums.advance(column, &weights);
                 let run = at.index(lit.len());
                 let rank = first + column as u32;
-                let exact: f32 = (0..run).filter(|&n| lit[n] > rank).map(|n| weights[n + 1] - weights[n]).sum();
-                let [one, two] = sums.before(run);
-                // Eighths up to 2¹⁰: exact.
-                prop_assert_eq!(one, exact);
-                prop_assert_eq!(two, 2.0 * exact);
+                let exact: f32 = (0..run).filter(|&n| lit[n] > rank).map(weight).sum();
+                // Eighths up to 2¹²: exact.
+                prop_assert_eq!(sums.before(run), [1.0, 2.0, 3.0, 4.0].map(|k| k * exact));
             }
         }
     }

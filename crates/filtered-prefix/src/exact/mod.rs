@@ -2,9 +2,10 @@
 //! row, in closed form, by the pixel's own transmittances.
 
 mod coloured;
-#[cfg(test)]
+mod edge_sums;
 mod lit_prefix;
-mod plain_sun;
 mod stretches;
+mod summed_sun;
 
-pub use stretches::{ExactSums, ExactTask};
+pub use stretches::{ExactSums, ExactTask, Ways};
+pub use summed_sun::band_ratio;

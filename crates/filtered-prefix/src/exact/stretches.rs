@@ -4,8 +4,10 @@ use epipolar::driver::{FrameLight, LightSums, SliceQueries, SliceView};
 use epipolar::rows::LitEdges;
 
 use super::coloured::sum_coloured;
-use super::plain_sun::PlainSun;
+use super::edge_sums::EdgeSums;
+use super::summed_sun::{SummedSun, mean_edges};
 use crate::runs::{Asked, Runs};
+use crate::weights::Fog;
 
 /// View rays that are summed before their shares are read.
 pub const BATCH: usize = 64;
@@ -15,10 +17,25 @@ pub const BATCH: usize = 64;
 pub struct ExactSums {
     edges: LitEdges,
     sums: LightSums,
-    plain: PlainSun,
+    by_edges: EdgeSums,
+    summed: SummedSun,
     /// Lit stretches that were integrated.
     pub stretches: u64,
 }
+
+/// How a frame's rows are integrated.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Ways {
+    /// Whether the light is a sun in a uniform medium.
+    pub is_plain_sun: bool,
+    /// A sun's height fog.
+    pub fog: Option<Fog>,
+    /// Ratio of 1/sin β over a band of [`SummedSun`], of each channel.
+    pub ratios: [f64; 3],
+}
+
+/// Mean edges of a view ray from which on sums over all lit runs cost less than a closed form an edge.
+const MANY_EDGES: f32 = 8.0;
 
 /// What is to be integrated exactly.
 pub struct ExactTask<'a> {
@@ -46,7 +63,8 @@ impl ExactSums {
     pub fn reserve(&mut self, runs: usize, columns: usize, queries: usize) {
         self.edges.reserve(runs, columns);
         self.sums.reserve(BATCH);
-        self.plain.reserve(runs, queries);
+        self.by_edges.reserve(runs, queries);
+        self.summed.reserve(runs, columns, queries);
         self.stretches = 0;
     }
 
@@ -54,23 +72,31 @@ impl ExactSums {
     ///
     /// In white light O(runs + edges of all rays), under a plain sun a closed form an edge; with a texture O(runs · rays).
     #[inline(always)]
-    pub fn sum(&mut self, task: &ExactTask<'_>, is_plain_sun: bool, queries: &mut SliceQueries) {
+    pub fn sum(&mut self, task: &ExactTask<'_>, ways: &Ways, queries: &mut SliceQueries) {
         if task.doubted.is_empty() {
             return;
         }
-        if task.runs.colours.is_some() {
+        let rank = |place: usize| task.asked.ranks[task.doubted[place] as usize];
+        let count = task.doubted.len();
+        let [a, b] = [rank(0), rank(count - 1)];
+        let ranks = [a.min(b), a.max(b)];
+        let many = |lit: &[u32]| mean_edges(lit, ranks) > MANY_EDGES;
+        let is_coloured = task.runs.colours.is_some();
+        if ways.is_plain_sun && (is_coloured || many(&task.runs.lit[..task.used_runs()])) {
+            self.summed.sum(task, &ways.ratios, queries);
+            return;
+        }
+        if is_coloured {
             self.stretches += sum_coloured(task, &mut self.sums, queries);
             return;
         }
         let order = task.slice.order;
-        let rank = |place: usize| task.asked.ranks[task.doubted[place] as usize];
-        let count = task.doubted.len();
-        let [a, b] = [rank(0), rank(count - 1)];
-        let first = a.min(b);
-        self.edges.fill(&task.runs.lit[..task.used_runs()], first, (a.max(b) - first) as usize + 1);
+        let first = ranks[0];
+        self.edges.fill(&task.runs.lit[..task.used_runs()], first, (ranks[1] - first) as usize + 1);
         let places = (0..count).map(|step| if order.ascending { count - 1 - step } else { step });
-        if is_plain_sun {
-            self.stretches += self.plain.sum(task, &mut self.edges, (first, places), queries);
+        if ways.is_plain_sun || ways.fog.is_some() {
+            let edges = (first, places);
+            self.stretches += self.by_edges.sum(task, &mut self.edges, edges, ways.fog.as_ref(), queries);
             return;
         }
         let frame = task.slice.frame();
@@ -128,7 +154,10 @@ impl ExactSums {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        self.edges.memory_bytes() + self.sums.memory_bytes() + self.plain.memory_bytes()
+        self.edges.memory_bytes()
+            + self.sums.memory_bytes()
+            + self.by_edges.memory_bytes()
+            + self.summed.memory_bytes()
     }
 }
 

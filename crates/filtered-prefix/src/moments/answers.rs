@@ -76,11 +76,14 @@ impl MomentAnswers<'_> {
             let lit = (f64x8::splat(simd, 1.0) - bounds.least - half).max(f64x8::splat(simd, 0.0));
             let (shares, doubts) = (lit * amount, (half + self.bias) * amount);
             for lane in 0..lanes {
-                let apart = self.brightest * self.band.apart[first + lane - range.start];
-                out[first + lane] = Answer {
-                    share: shares.as_slice()[lane] as f32,
-                    certificate: doubts.as_slice()[lane] as f32 + apart,
-                };
+                let place = first + lane - range.start;
+                let (share, doubt) = (shares.as_slice()[lane] as f32, doubts.as_slice()[lane] as f32);
+                // Wrong weights are off by a part of all light, or by a part of what is lit.
+                let (apart, relative) =
+                    (self.brightest * self.band.apart[place], self.band.relative[place] * (share + doubt));
+                let weights = if relative < apart { relative } else { apart };
+                out[first + lane] =
+                    Answer { share, certificate: doubt + weights + self.brightest * self.band.rough[place] };
             }
         }
     }

@@ -4,7 +4,9 @@ use epipolar::driver::{SliceLight, SliceView};
 use scatter_core::{RayLanes, Setup};
 
 use super::absorbed::absorbed;
-use super::difference::{from_even, of_blend, of_log_range};
+use super::difference::{
+    from_even, from_even_relative, of_blend, of_blend_relative, of_log_range, of_log_range_relative,
+};
 use super::fog_rays::Fog;
 use super::lamp_table::{LampTable, detour};
 
@@ -54,6 +56,10 @@ pub struct BandWeights {
     pub blend: Vec<f32>,
     /// Half the L1 distance of these weights from the query's own, from above.
     pub apart: Vec<f32>,
+    /// What they are off by of a query's lit share, relative to it, from above.
+    pub relative: Vec<f32>,
+    /// What a lamp's table adds, of all light.
+    pub rough: Vec<f32>,
     /// Whether there are two references.
     pub blends: bool,
     lamp: LampTable,
@@ -133,6 +139,7 @@ impl Weights {
     ) {
         band.make_room(starts.len(), rays.columns.len());
         band.blends = false;
+        band.rough[..rays.columns.len()].fill(0.0);
         if self.to_lamp.is_some() {
             self.fill_lamp(channel, slice, rays, starts, band);
         } else if self.fog.is_some() {
@@ -158,8 +165,10 @@ impl Weights {
         let count = rays.columns.len();
         band.ends[0][..count].copy_from_slice(rays.gammas);
         let sigma = self.sigma_t[channel];
-        for ((apart, &column), &gamma) in band.apart.iter_mut().zip(rays.columns).zip(rays.gammas) {
-            *apart = from_even(sigma * gamma / slice.sines()[column as usize]);
+        let bounds = band.apart.iter_mut().zip(&mut band.relative);
+        for ((apart, relative), (&column, &gamma)) in bounds.zip(rays.columns.iter().zip(rays.gammas)) {
+            let depth = sigma * gamma / slice.sines()[column as usize];
+            (*apart, *relative) = (from_even(depth), from_even_relative(depth));
         }
         band.blend[..count].fill(0.0);
     }
@@ -187,12 +196,15 @@ impl Weights {
             }
         }
         let [near, far] = knots;
-        let queries = band.blend.iter_mut().zip(&mut band.apart).zip(rays.columns.iter().zip(rays.gammas));
-        for ((blend, apart), (&column, &gamma)) in queries {
+        let bounds = band.apart.iter_mut().zip(&mut band.relative);
+        let queries = band.blend.iter_mut().zip(bounds).zip(rays.columns.iter().zip(rays.gammas));
+        for ((blend, (apart, relative)), (&column, &gamma)) in queries {
             let cosecant = 1.0 / slice.sines()[column as usize];
             *blend = ((cosecant - near) / (far - near)).clamp(0.0, 1.0);
             let depth = sigma * gamma;
-            *apart = of_blend(depth * cosecant, depth * near, depth * far);
+            let depths = [depth * cosecant, depth * near, depth * far];
+            *apart = of_blend(depths[0], depths[1], depths[2]);
+            *relative = of_blend_relative(depths[0], depths[1], depths[2]);
         }
     }
 
@@ -241,8 +253,11 @@ impl Weights {
                 let apart_at_eye = (cosecants[0] / cosecants[1]).ln();
                 let crosses = !self.even && apart_at_eye * (apart_at_eye - turn) < 0.0;
                 let depths = if crosses { own + reference } else { (own - reference).abs() };
-                let apart = of_log_range(turn.abs() + depths);
+                let range = turn.abs() + depths;
+                let apart = of_log_range(range);
                 band.apart[first + lane] = if apart >= 0.0 { apart } else { 1.0 };
+                let relative = of_log_range_relative(range);
+                band.relative[first + lane] = if relative >= 0.0 { relative } else { f32::INFINITY };
             }
         }
         if self.even {
@@ -269,13 +284,14 @@ impl Weights {
         let middle = middle_of(slice, rays.columns) as usize;
         let angle_of = |column: usize| [slice.sines()[column], slice.cosines()[column]];
         let reference = angle_of(middle);
-        let BandWeights { starts: at_starts, ends, blend, apart, lamp, .. } = band;
+        let BandWeights { starts: at_starts, ends, blend, apart, relative, rough, lamp, .. } = band;
         lamp.fill(slice, reference, if self.even { 0.0 } else { depth }, &self.phases[channel]);
         lamp.read(starts, &mut at_starts[0][..starts.len()]);
         lamp.read(rays.gammas, &mut ends[0][..count]);
         let beta = |[sine, cosine]: [f32; 2]| sine.atan2(cosine);
         let rays = rays.columns.iter().zip(rays.gammas);
-        for (((&column, &gamma), apart), &light) in rays.zip(apart.iter_mut()).zip(&ends[0]) {
+        let bounds = apart.iter_mut().zip(relative).zip(rough.iter_mut());
+        for (((&column, &gamma), ((apart, relative), rough)), &light) in rays.zip(bounds).zip(&ends[0]) {
             let own = angle_of(column as usize);
             let direction = epipolar::geometry::direction_of_diamond_angle(gamma.into()).normalize();
             let light_ray = [direction.y as f32, direction.x as f32];
@@ -283,9 +299,12 @@ impl Weights {
             // Along the row the difference of two view rays' ways grows all the way.
             let ways = if self.even { longer } else { (longer - detour(reference, light_ray) * depth).abs() };
             let lobe = 2.0 * self.lobes[channel] * (beta(own) - beta(reference)).abs();
-            let rough = 2.0 * lamp.rough(gamma) / light;
-            let bound = of_log_range(ways + lobe) + rough;
-            *apart = if bound < 1.0 { bound } else { 1.0 };
+            let own_rough = lamp.rough(gamma) / light;
+            let range = ways + lobe;
+            *apart = of_log_range(range);
+            *relative = of_log_range_relative(range);
+            // Numbers that are not any bound nothing.
+            *rough = if own_rough < 1.0 { own_rough } else { 1.0 };
         }
         blend[..count].fill(0.0);
     }
@@ -303,6 +322,8 @@ impl BandWeights {
         self.ends.iter_mut().for_each(|list| grow(list, queries));
         grow(&mut self.blend, queries);
         grow(&mut self.apart, queries);
+        grow(&mut self.relative, queries);
+        grow(&mut self.rough, queries);
     }
 
     /// Room for the tables of a lamp, too.
@@ -315,7 +336,12 @@ impl BandWeights {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        let lists = self.starts.iter().chain(&self.ends).chain([&self.blend, &self.apart]);
+        let lists = self.starts.iter().chain(&self.ends).chain([
+            &self.blend,
+            &self.apart,
+            &self.relative,
+            &self.rough,
+        ]);
         4 * lists.map(Vec::capacity).sum::<usize>() + self.lamp.memory_bytes()
     }
 }

@@ -37,6 +37,36 @@ pub fn of_blend(optical_depth: f32, near: f32, far: f32) -> f32 {
     if bound < 1.0 { bound } else { 1.0 }
 }
 
+/// Largest difference of the same blend from the pixel's weights, of the blend itself: what it is off by of a pixel's lit share,
+/// relative to that share; however dark the pixel is.
+///
+/// `∂²w/∂τ² = w·((m − v)² − s²)` with mean m and variance s² of w, of which the factor is at most 1/6 + 0.105·τ and 1; within a band
+/// w changes by less than its exponential.
+#[inline(always)]
+pub fn of_blend_relative(optical_depth: f32, near: f32, far: f32) -> f32 {
+    let apart = far - near;
+    let product = 0.5 * (optical_depth - near) * (far - optical_depth);
+    let product = if product > 0.0 { product } else { 0.0 };
+    let curved = 1.0 / 6.0 + 0.105 * far;
+    let curved = if curved < 1.0 { curved } else { 1.0 };
+    let bound = product * curved * (1.0 + apart + apart * apart);
+    if apart < 1.5 { bound } else { f32::INFINITY }
+}
+
+/// The same of densities whose ratio stays within a factor of `e^range`: `e^range − 1`, from above.
+#[inline(always)]
+pub fn of_log_range_relative(range: f32) -> f32 {
+    let bound = range * (1.0 + range);
+    if range < 1.0 { bound } else { f32::INFINITY }
+}
+
+/// The same of even weights: at the eye transmittance weights are `τ/(1 − e^{−τ})` ≤ 1 + τ/2 + τ²/12 times as large.
+#[inline(always)]
+pub fn from_even_relative(optical_depth: f32) -> f32 {
+    let bound = optical_depth * (0.5 + optical_depth * (1.0 / 12.0));
+    if optical_depth < 2.0 { bound } else { f32::INFINITY }
+}
+
 /// Half of ∫|∂²w/∂τ²|dv at τ = 0: the polynomial v² − v + 1/6 over [0, 1] has the L1 norm 0.0642.
 const CURVED: f32 = 0.0325;
 
@@ -86,6 +116,35 @@ mod tests {
         }
         println!("at most {nearest:.3} of the bound");
         assert!(nearest > 0.8);
+    }
+
+    #[test]
+    fn relative_bounds_hold_at_every_place() {
+        let mut nearest = 0.0f64;
+        for near in [0.0, 0.01, 0.3, 1.0, 2.0, 4.0, 8.0] {
+            for apart in [0.02, 0.1, 0.3, 1.0] {
+                for part in [0.1, 0.5, 0.9] {
+                    let (far, depth) = (near + apart, near + part * apart);
+                    let bound = f64::from(of_blend_relative(depth as f32, near as f32, far as f32));
+                    for step in 0..=100 {
+                        let v = f64::from(step) / 100.0;
+                        let blend = (1.0 - part) * weight(near, v) + part * weight(far, v);
+                        let own = (weight(depth, v) / blend - 1.0).abs();
+                        assert!(own <= bound + 1e-7, "{near} {far} {part} {v}: {own} of {bound}");
+                        nearest = nearest.max(own / (bound + 1e-6));
+                    }
+                }
+            }
+        }
+        println!("at most {nearest:.3} of the bound");
+        assert!(nearest > 0.7);
+        for depth in [0.01, 0.3, 1.0, 1.9] {
+            let bound = f64::from(from_even_relative(depth as f32));
+            for v in [0.0, 0.3, 0.7, 1.0] {
+                assert!((weight(depth, v) - 1.0).abs() <= bound + 1e-6);
+            }
+            assert!(depth.exp_m1() <= f64::from(of_log_range_relative(depth as f32)) + 1e-6);
+        }
     }
 
     #[test]

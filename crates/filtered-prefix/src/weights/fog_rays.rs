@@ -24,6 +24,24 @@ impl Fog {
         Some(Self { log_sigma: most.ln(), shares })
     }
 
+    /// Optical depth of each channel over that of the thickest.
+    pub fn shares(&self) -> [f32; 3] {
+        self.shares
+    }
+
+    /// Replaces light rays by the optical depths of the thickest channel up to them, on the view rays of `columns`.
+    #[inline(always)]
+    pub fn find_depths(&self, slice: &SliceView<'_>, columns: &[u32], gammas: &mut [f32]) {
+        let Some(&some) = columns.first() else { return };
+        for (columns, gammas) in columns.chunks(LANES).zip(gammas.chunks_mut(LANES)) {
+            let (mut own_columns, mut own_gammas) = ([some; LANES], [0.0f32; LANES]);
+            own_columns[..columns.len()].copy_from_slice(columns);
+            own_gammas[..columns.len()].copy_from_slice(gammas);
+            let [depths, _] = self.thickest_depths(slice, &own_columns, &own_gammas);
+            gammas.copy_from_slice(&depths[..columns.len()]);
+        }
+    }
+
     /// Optical depths of a channel, of sixteen view rays of a slice, up to the light rays `gammas`; and how fast the logarithm
     /// of the density falls there by γ. View rays are given by column, from the slice's first.
     #[inline(always)]
@@ -31,6 +49,20 @@ impl Fog {
         &self,
         slice: &SliceView<'_>,
         channel: usize,
+        columns: &[u32; LANES],
+        gammas: &[f32; LANES],
+    ) -> [[f32; LANES]; 2] {
+        let [mut depths, slopes] = self.thickest_depths(slice, columns, gammas);
+        for depth in &mut depths {
+            *depth *= self.shares[channel];
+        }
+        [depths, slopes]
+    }
+
+    #[inline(always)]
+    fn thickest_depths(
+        &self,
+        slice: &SliceView<'_>,
         columns: &[u32; LANES],
         gammas: &[f32; LANES],
     ) -> [[f32; LANES]; 2] {
@@ -50,10 +82,6 @@ impl Fog {
             lengths[lane] = gammas[lane] * cosecant;
             slopes[lane] = (fog.slope[lane] * f64::from(cosecant)) as f32;
         }
-        let mut depths = fog.optical_depths(self.log_sigma, &[0.0; LANES], &lengths);
-        for depth in &mut depths {
-            *depth *= self.shares[channel];
-        }
-        [depths, slopes]
+        [fog.optical_depths(self.log_sigma, &[0.0; LANES], &lengths), slopes]
     }
 }

@@ -7,15 +7,22 @@ use scatter_core::exp_f32;
 /// Intervals over γ in [0, 2]: an angle of 0.006 at the most.
 const INTERVALS: usize = 1024;
 
+/// Width of an interval.
+const WIDTH: f32 = 2.0 / INTERVALS as f32;
+
 /// What a reference ray sees of a lamp, up to every light ray: `∫ cone(γ)·p(β+γ)·e^{−σ(s+d−L)} dγ`, without 1/d², which cancels against
 /// the Jacobian of the angle γ at the lamp (Baran et al. 2010, Section 9).
+///
+/// The light of a light ray is linear between nodes, so that what it can be off by follows from its second differences.
 #[derive(Debug, Default)]
 pub struct LampTable {
-    /// Per interval: its middle as (cosine, sine) and as an angle, and its width \[radians\].
+    /// Per node: cosine, sine and angle of its light ray, and what it counts in the coordinate γ, dθ/dγ.
     turns: Vec<[f32; 4]>,
-    /// Light up to the start of each interval.
+    /// Light of each node.
+    density: Vec<f32>,
+    /// Light up to each node.
     light: Vec<f32>,
-    /// Largest light of an interval's angle times its variation so far: what the table's steps can be off by.
+    /// What that can be off by.
     rough: Vec<f32>,
 }
 
@@ -23,17 +30,15 @@ impl LampTable {
     /// Room for all tables.
     pub fn reserve(&mut self) {
         if self.turns.is_empty() {
-            let angle = |turn: usize| {
-                let direction = direction_of_diamond_angle(turn as f64 * (2.0 / INTERVALS as f64));
-                direction.y.atan2(direction.x)
-            };
-            self.turns.extend((0..INTERVALS).map(|turn| {
-                let (from, to) = (angle(turn), angle(turn + 1));
-                let (sine, cosine) = (0.5 * (from + to)).sin_cos();
-                [cosine as f32, sine as f32, 0.5 * (from + to) as f32, (to - from) as f32]
+            self.turns.extend((0..=INTERVALS).map(|node| {
+                let direction = direction_of_diamond_angle(node as f64 * (2.0 / INTERVALS as f64));
+                let unit = direction.normalize();
+                let angle = direction.y.atan2(direction.x);
+                [unit.x as f32, unit.y as f32, angle as f32, direction.length_squared().recip() as f32]
             }));
-            self.light.resize(INTERVALS + 1, 0.0);
-            self.rough.resize(INTERVALS + 1, 0.0);
+            for list in [&mut self.density, &mut self.light, &mut self.rough] {
+                list.resize(INTERVALS + 1, 0.0);
+            }
         }
     }
 
@@ -51,27 +56,26 @@ impl LampTable {
                 spot.cone_slope() as f32,
             ]
         });
-        let turns = self.turns.iter();
-        // First the light of an angle in every interval, in place of the sums.
         let beta = sine.atan2(cosine);
-        for (light, &[own_cosine, own_sine, gamma, _]) in self.light[1..].iter_mut().zip(turns) {
+        for (density, &[own_cosine, own_sine, gamma, per_gamma]) in self.density.iter_mut().zip(&self.turns) {
             let bright = cone.map_or(1.0, |[towards, across, outer, slope]| {
                 let factor = ((towards * own_cosine + across * own_sine - outer) * slope).clamp(0.0, 1.0);
                 factor * factor
             });
             // Without transmittance a light ray counts that this view ray does not meet.
             let lost = if depth > 0.0 { detour([sine, cosine], [own_sine, own_cosine]) * depth } else { 0.0 };
-            *light =
-                bright * phase_at(phase, beta + gamma) * exp_f32(-(if lost < 87.0 { lost } else { 87.0 }));
+            let through = exp_f32(-(if lost < 87.0 { lost } else { 87.0 }));
+            *density = bright * phase_at(phase, beta + gamma) * through * per_gamma;
         }
-        let (mut sum, mut variation, mut before) = (0.0f32, 0.0f32, self.light[1]);
-        self.light[0] = 0.0;
-        let sums = self.light[1..].iter_mut().zip(&mut self.rough[1..]).zip(&self.turns);
-        for ((light, rough), &[.., width]) in sums {
-            variation += (*light - before).abs() * width;
-            before = *light;
-            sum += *light * width;
-            (*light, *rough) = (sum, variation);
+        let (mut sum, mut rough) = (0.0f32, 0.0f32);
+        for node in 0..=INTERVALS {
+            (self.light[node], self.rough[node]) = (sum, rough);
+            let [before, own, next] =
+                [node.max(1) - 1, node, (node + 1).min(INTERVALS)].map(|node| self.density[node]);
+            sum += 0.5 * WIDTH * (own + next);
+            // A kink between two nodes leaves a triangle of an eighth of both differences; the curvature of what is smooth less.
+            // Where γ turns at 1 the density may have a kink, too, but at a node.
+            rough += ROUGH * WIDTH * (next - own - (own - before)).abs();
         }
     }
 
@@ -79,23 +83,32 @@ impl LampTable {
     #[inline(always)]
     pub fn read(&self, gammas: &[f32], out: &mut [f32]) {
         for (out, &gamma) in out.iter_mut().zip(gammas) {
-            *out = at(&self.light, gamma);
+            let place = (gamma * (0.5 * INTERVALS as f32)).clamp(0.0, INTERVALS as f32);
+            let index = (place as usize).min(INTERVALS - 1);
+            let part = place - index as f32;
+            let (own, next) = (self.density[index], self.density[index + 1]);
+            *out = self.light[index] + WIDTH * part * (own + 0.5 * part * (next - own));
         }
     }
 
     /// What the light up to a light ray can be off by.
     #[inline(always)]
     pub fn rough(&self, gamma: f32) -> f32 {
-        // As the interval's end has it: variation within the interval counts.
         let place = (gamma * (0.5 * INTERVALS as f32)).clamp(0.0, INTERVALS as f32 - 1.0) as usize;
+        // With the differences on both sides of its interval.
         self.rough[(place + 2).min(INTERVALS)]
     }
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        16 * self.turns.capacity() + 4 * (self.light.capacity() + self.rough.capacity())
+        16 * self.turns.capacity()
+            + 4 * (self.density.capacity() + self.light.capacity() + self.rough.capacity())
     }
 }
+
+/// Part of a second difference and of an interval that a linear density can be off by; an eighth, and half of it again for what
+/// normalising adds.
+const ROUGH: f32 = 0.1875;
 
 /// `(s + d)/L − 1` where the view ray at the angle β to the light meets the light ray γ, by sines and cosines: the way over the
 /// meeting point beyond the straight one. ∞ where they do not meet.
@@ -109,18 +122,14 @@ pub fn detour([sine, cosine]: [f32; 2], [own_sine, own_cosine]: [f32; 2]) -> f32
     if bottom > 1e-30 { 2.0 * top / bottom } else { f32::INFINITY }
 }
 
-/// A phase function's table over [0, π] at an angle ≥ 0, the nearest entry.
+/// A phase function's table over [0, π] at an angle ≥ 0, linear between its entries.
 #[inline(always)]
 fn phase_at(phase: &[f32], angle: f32) -> f32 {
-    let Some(last) = phase.len().checked_sub(1) else { return 1.0 };
-    phase[((angle * (last as f32 * std::f32::consts::FRAC_1_PI) + 0.5) as usize).min(last)]
-}
-
-/// A table's value at γ in [0, 2], linear between its entries.
-#[inline(always)]
-fn at(table: &[f32], gamma: f32) -> f32 {
-    let place = (gamma * (0.5 * INTERVALS as f32)).clamp(0.0, INTERVALS as f32);
-    let index = (place as usize).min(INTERVALS - 1);
-    let (from, to) = (table[index], table[index + 1]);
-    from + (place - index as f32) * (to - from)
+    if phase.len() < 2 {
+        return 1.0;
+    }
+    let last = phase.len() - 1;
+    let place = angle * (last as f32 * std::f32::consts::FRAC_1_PI);
+    let index = (place as usize).min(last - 1);
+    phase[index] + (place - index as f32).min(1.0) * (phase[index + 1] - phase[index])
 }

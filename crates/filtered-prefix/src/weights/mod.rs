@@ -18,6 +18,8 @@ mod fog_rays;
 mod lamp_table;
 
 pub use absorbed::absorbed;
+
 pub use band::{BandWeights, QueryRays, Weights};
 #[cfg(test)]
 pub use difference::{from_even, of_blend, of_log_range};
+pub use fog_rays::Fog;
