@@ -65,6 +65,8 @@ pub use scatter_core::*;
 pub use avsm;
 #[cfg(feature = "epipolar")]
 pub use epipolar;
+#[cfg(feature = "filtered-prefix")]
+pub use filtered_prefix;
 #[cfg(feature = "minmax-mipmap")]
 pub use minmax_mipmap;
 #[cfg(feature = "raymarch-ref")]
@@ -76,6 +78,8 @@ pub static TECHNIQUES: &[&dyn Technique] = &[
     &raymarch_ref::TECHNIQUE,
     #[cfg(feature = "epipolar")]
     &epipolar::TECHNIQUE,
+    #[cfg(feature = "filtered-prefix")]
+    &filtered_prefix::TECHNIQUE,
     #[cfg(feature = "minmax-mipmap")]
     &minmax_mipmap::TECHNIQUE,
     #[cfg(feature = "avsm")]

@@ -12,14 +12,14 @@ use super::fog::{ExactScratch, HeightFog, LitRuns};
 use super::integrand::{BandTables, Integrand, Precision};
 use super::settings::{BaranSettings, Cells};
 use super::sums::problem::{Problem, Queries, Runs, SumScratch};
-use super::sums::{RunIndex, SumAlgorithm, sum_lit_runs};
+use super::sums::{SumAlgorithm, sum_lit_runs};
 use super::tables::{Table, Views, share_of};
 use crate::driver::{
     OpenQueries, SliceIntegrator, SliceLight, SliceQueries, SliceRoom, SliceSetup, SliceView, TileUse,
 };
 use crate::geometry::STEEPEST;
 use crate::paper::leave_ring;
-use crate::rows::{Row, TexturedRow};
+use crate::rows::{Row, RunIndex, TexturedRow};
 
 /// Length of a view ray that never ends: far enough for any lamp, and its products stay within f32.
 const FARTHEST: f64 = 1e18;

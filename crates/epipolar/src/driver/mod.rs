@@ -5,6 +5,7 @@
 //! [`Shares`] of the unoccluded light into radiance ([`Resolve`]).
 
 mod borders;
+mod light_sums;
 mod pass;
 mod pixels_between;
 mod queries;
@@ -20,6 +21,7 @@ mod spacing_sample;
 mod surfaces;
 
 pub use borders::Borders;
+pub use light_sums::{FrameLight, LightSums, channels_of};
 pub use pass::Resampling;
 pub use queries::{OpenQueries, SliceQueries};
 pub use refinement::{MOST_HALVINGS, Refinement};

@@ -25,14 +25,13 @@ mod upscale;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use epipolar::driver::{Resolve, Shares, SliceScene};
+use epipolar::driver::{FrameLight, Resolve, Shares, SliceScene, channels_of};
 use epipolar::geometry::{Epipole, FanPixels, Slice, SliceSet};
 use epipolar::rows::MinMaxTiles;
 use glam::DVec2;
 use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel};
 
 use crate::options::Options;
-use crate::slices::{FrameLight, channels_of};
 use lattice::Lattice;
 use pass::{SamplingPass, Worker};
 use upscale::UpscalePass;

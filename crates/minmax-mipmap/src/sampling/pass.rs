@@ -1,6 +1,6 @@
 //! The slices of a fan, one after the other: samples, marches, interpolation, and the pixels in the gaps between them.
 
-use epipolar::driver::{Borders, Shares, SliceAngles, SliceScene, SliceView};
+use epipolar::driver::{Borders, FrameLight, Shares, SliceAngles, SliceScene, SliceView};
 use epipolar::geometry::{ColumnOrder, Fan, FanPixels, Major, Slice};
 use glam::DVec2;
 use scatter_core::at_level;
@@ -9,7 +9,7 @@ use super::gap::{GapPass, LEFT_AT_ONCE};
 use super::lattice::Lattice;
 use super::line_samples::{LineSamples, SampleSettings};
 use crate::options::{Edges, MOST_HALVINGS, Options};
-use crate::slices::{FrameLight, SliceMarch, SliceRay};
+use crate::slices::{SliceMarch, SliceRay};
 
 /// Rays that correct pixels before their sums are read.
 const BATCH: usize = 64;

@@ -1,11 +1,10 @@
 //! View rays of a slice, marched through its row and summed: what both modes on slices ask for.
 
-use epipolar::driver::SliceView;
+use epipolar::driver::{FrameLight, LightSums, SliceView};
 use glam::DVec3;
 use scatter_core::Frame;
 
 use super::colours::SliceColours;
-use super::light_sums::{FrameLight, LightSums};
 use super::slice_row::SliceRow;
 use super::traversal::{Looks, SliceRay};
 use super::tree_kind::TreeKind;

@@ -4,20 +4,17 @@
 //! slice_row        a slice's lines through the maps, in blocks, and the nodes over them (tree_kind: whose)
 //! traversal        a view ray along a row ──▶ its lit runs
 //! colours          lit runs cut where the light's texture changes
-//! light_sums       lit runs in closed form ──▶ the share of the ray's light
-//! march            all of that for one ray after the other
+//! march            all of that for one ray after the other; lit runs in closed form by `epipolar`'s `LightSums`
 //! tree_integrator  mode `slices`: every pixel asks its two slices
 //! ```
 
 mod colours;
-mod light_sums;
 mod march;
 mod slice_row;
 mod traversal;
 mod tree_integrator;
 mod tree_kind;
 
-pub use light_sums::{FrameLight, LightSums, channels_of};
 pub use march::{MarchCounts, SliceMarch};
 pub use slice_row::SliceRow;
 pub use traversal::{Looks, SliceRay};

@@ -1,10 +1,9 @@
 //! Mode `slices`: every pixel by the trees of its two slices, on the slice driver.
 
 use epipolar::SliceIntegrator;
-use epipolar::driver::{SliceQueries, SliceRoom, SliceSetup, SliceView, TileUse};
+use epipolar::driver::{FrameLight, SliceQueries, SliceRoom, SliceSetup, SliceView, TileUse, channels_of};
 use scatter_core::RenderStats;
 
-use super::light_sums::{FrameLight, channels_of};
 use super::march::SliceMarch;
 use super::traversal::SliceRay;
 use super::tree_kind::TreeKind;

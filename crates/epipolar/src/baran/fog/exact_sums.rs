@@ -5,9 +5,8 @@ use scatter_core::exp_f32;
 use super::absorption::{
     FogInSlice, HeightFog, absorbed, length_at_densest, ln_densest, mild_depth, steep_depth,
 };
-use super::lit_edges::LitEdges;
 use crate::driver::{EMPTY, SliceQueries, SliceView};
-use crate::rows::TexturedRow;
+use crate::rows::{LitEdges, TexturedRow};
 
 /// Edges that are evaluated side by side, at least: few stay in the innermost cache, many make long loops.
 const BATCH: usize = 1024;

@@ -17,13 +17,12 @@
 //! vis = Σ over lit stretches [γ₁, γ₂] of A(γ₂) − A(γ₁), over A(end)
 //! ```
 //!
-//! and nothing is summed where nothing changes. [`LitEdges`] keeps the edges of what is lit from view ray to view ray, so a
+//! and nothing is summed where nothing changes. [`LitEdges`](crate::rows::LitEdges) keeps the edges of what is lit from view ray to view ray, so a
 //! query costs as many closed forms as its ray has edges, however many runs the slice has: exact at any optical depth, with no
 //! rank, no bands around the epipole and no bound to be kept.
 
 mod absorption;
 mod exact_sums;
-mod lit_edges;
 #[cfg(test)]
 mod rank;
 

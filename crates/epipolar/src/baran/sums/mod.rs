@@ -14,10 +14,7 @@ mod blocks;
 mod direct;
 pub(crate) mod fenwick;
 pub mod problem;
-mod run_index;
 mod sweep;
-
-pub use run_index::RunIndex;
 
 use self::problem::{Problem, SumScratch, Terms};
 use crate::paper::{cursor, tree};

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::problem::{Queries, Runs};
 use super::*;
-use crate::rows::Row;
+use crate::rows::{Row, RunIndex};
 
 /// A random slice: whole numbers as weights, so that every order of summation gives the same f32 to the bit.
 #[derive(Debug, Clone)]

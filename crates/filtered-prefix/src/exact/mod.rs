@@ -1,0 +1,11 @@
+//! The exact integral of a slice's rows, for the view rays whose certificate does not suffice: every lit stretch of their own
+//! row, in closed form, by the pixel's own transmittances.
+
+mod coloured;
+mod edge_sums;
+mod lit_prefix;
+mod stretches;
+mod summed_sun;
+
+pub use stretches::{ExactSums, ExactTask, Ways};
+pub use summed_sun::band_ratio;

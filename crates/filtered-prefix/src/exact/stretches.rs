@@ -1,0 +1,169 @@
+//! Lit stretches of view rays, by the edges of their slice's row.
+
+use epipolar::driver::{FrameLight, LightSums, SliceQueries, SliceView};
+use epipolar::rows::LitEdges;
+
+use super::coloured::sum_coloured;
+use super::edge_sums::EdgeSums;
+use super::summed_sun::{SummedSun, mean_edges};
+use crate::runs::{Asked, Runs};
+use crate::weights::Fog;
+
+/// View rays that are summed before their shares are read.
+pub const BATCH: usize = 64;
+
+/// Buffers for the exact integrals of a slice.
+#[derive(Debug, Default)]
+pub struct ExactSums {
+    edges: LitEdges,
+    sums: LightSums,
+    by_edges: EdgeSums,
+    summed: SummedSun,
+    /// Lit stretches that were integrated.
+    pub stretches: u64,
+}
+
+/// How a frame's rows are integrated.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Ways {
+    /// Whether the light is a sun in a uniform medium.
+    pub is_plain_sun: bool,
+    /// A sun's height fog.
+    pub fog: Option<Fog>,
+    /// Ratio of 1/sin β over a band of [`SummedSun`], of each channel.
+    pub ratios: [f64; 3],
+}
+
+/// Mean edges of a view ray from which on sums over all lit runs cost less than a closed form an edge.
+const MANY_EDGES: f32 = 8.0;
+
+/// What is to be integrated exactly.
+pub struct ExactTask<'a> {
+    /// The slice.
+    pub slice: &'a SliceView<'a>,
+    /// Its runs.
+    pub runs: Runs<'a>,
+    /// View rays.
+    pub asked: &'a Asked,
+    /// Which of them.
+    pub doubted: &'a [u32],
+    /// Channels whose shares differ, 1 or 3.
+    pub channels: usize,
+}
+
+impl ExactTask<'_> {
+    /// How many of the runs can be asked for.
+    pub fn used_runs(&self) -> usize {
+        self.doubted.iter().map(|&ray| self.asked.ends[ray as usize]).max().unwrap_or(0) as usize + 1
+    }
+}
+
+impl ExactSums {
+    /// Room for slices of so many runs, columns and queries.
+    pub fn reserve(&mut self, runs: usize, columns: usize, queries: usize) {
+        self.edges.reserve(runs, columns);
+        self.sums.reserve(BATCH);
+        self.by_edges.reserve(runs, queries);
+        self.summed.reserve(runs, columns, queries);
+        self.stretches = 0;
+    }
+
+    /// Writes the shares of the view rays in doubt.
+    ///
+    /// In white light O(runs + edges of all rays), under a plain sun a closed form an edge; with a texture O(runs · rays).
+    #[inline(always)]
+    pub fn sum(&mut self, task: &ExactTask<'_>, ways: &Ways, queries: &mut SliceQueries) {
+        if task.doubted.is_empty() {
+            return;
+        }
+        let rank = |place: usize| task.asked.ranks[task.doubted[place] as usize];
+        let count = task.doubted.len();
+        let [a, b] = [rank(0), rank(count - 1)];
+        let ranks = [a.min(b), a.max(b)];
+        let many = |lit: &[u32]| mean_edges(lit, ranks) > MANY_EDGES;
+        let is_coloured = task.runs.colours.is_some();
+        if ways.is_plain_sun && (is_coloured || many(&task.runs.lit[..task.used_runs()])) {
+            self.summed.sum(task, &ways.ratios, queries);
+            return;
+        }
+        if is_coloured {
+            self.stretches += sum_coloured(task, &mut self.sums, queries);
+            return;
+        }
+        let order = task.slice.order;
+        let first = ranks[0];
+        self.edges.fill(&task.runs.lit[..task.used_runs()], first, (ranks[1] - first) as usize + 1);
+        let places = (0..count).map(|step| if order.ascending { count - 1 - step } else { step });
+        if ways.is_plain_sun || ways.fog.is_some() {
+            let edges = (first, places);
+            self.stretches += self.by_edges.sum(task, &mut self.edges, edges, ways.fog.as_ref(), queries);
+            return;
+        }
+        let frame = task.slice.frame();
+        let light = FrameLight::new(frame);
+        let simd = task.slice.scene().simd;
+        let mut batch = [0u32; BATCH];
+        let mut batched = 0;
+        for (step, place) in places.enumerate() {
+            let ray = task.doubted[place] as usize;
+            let (query, column) = (task.asked.queries[ray] as usize, task.asked.columns[ray]);
+            let end = f64::from(queries.ends()[query]);
+            let index = column as usize;
+            let (sine, cosine) =
+                (f64::from(task.slice.sines()[index]), f64::from(task.slice.cosines()[index]));
+            let view_ray = task.slice.view_ray(task.slice.order.columns[0] + column);
+            self.sums.begin(view_ray.direction, end as f32);
+            self.edges.advance((task.asked.ranks[ray] - first) as usize);
+            let mut from = None;
+            let mut found = 0;
+            let (edges, sums) = (&self.edges, &mut self.sums);
+            edges.up_to(task.asked.ends[ray] as usize, |edge| {
+                let gamma = task.runs.starts[edge].into();
+                let at = task.slice.light.distance(gamma, sine, cosine).clamp(0.0, end);
+                from = match from {
+                    None => Some(at),
+                    Some(from) => {
+                        if at > from {
+                            sums.add(&light, simd, [from, at]);
+                            found += 1;
+                        }
+                        None
+                    }
+                };
+            });
+            if let Some(from) = from.filter(|&from| end > from) {
+                self.sums.add(&light, simd, [from, end]);
+                found += 1;
+            }
+            self.stretches += found;
+            batch[batched] = query as u32;
+            batched += 1;
+            if batched == BATCH || step + 1 == count {
+                self.sums.finish(&light, simd, false);
+                let open = queries.open(0..queries.len());
+                for (channel, shares) in open.shares.into_iter().enumerate().take(task.channels) {
+                    for (ray, &query) in batch[..batched].iter().enumerate() {
+                        shares[query as usize] = share_of(&self.sums, ray, channel, task.channels, true);
+                    }
+                }
+                self.sums.clear();
+                batched = 0;
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        self.edges.memory_bytes()
+            + self.sums.memory_bytes()
+            + self.by_edges.memory_bytes()
+            + self.summed.memory_bytes()
+    }
+}
+
+/// The share of a ray that is lit; a ray without light, as beside a cone, has no shadow: its neighbours may have light.
+#[inline(always)]
+pub fn share_of(sums: &LightSums, ray: usize, channel: usize, channels: usize, white: bool) -> f32 {
+    let [_, whole] = sums.light(ray, channel, channels);
+    if whole > 0.0 { sums.share(ray, channel, channels, white) } else { 1.0 }
+}

@@ -1,0 +1,33 @@
+//! Volumetric shadows from prefix-filtered rows of the shadow map: Klehm et al. 2014 (Fourier bases), Peters et al. 2016 and 2017
+//! (power moments), with a certificate a pixel.
+//!
+//! In a rectified row a view ray is one depth, and "how much of it is lit" is how many of the row's surfaces lie behind it: a
+//! shadow test against many surfaces at once. A basis makes the test linear, so that one prefix sum along the row answers all view
+//! rays of a slice, wherever they end, in a few flops each.
+//!
+//! ```text
+//! slice ──▶ runs (epipolar's rows) ──▶ extremes: all lit, or none?  ──▶ 1 or 0
+//!                                  ──▶ weights of reference rays ──▶ prefix sums (moments, fourier) ──▶ share, certificate
+//!                                  ──▶ where the certificate does not suffice: lit stretches, in closed form (exact)
+//! ```
+//!
+//! The slices, their spacing and the way back to pixels are [`epipolar::driver`]'s.
+
+#[cfg(test)]
+mod certificate_tests;
+mod exact;
+pub mod fourier;
+mod integrator;
+pub mod moments;
+mod options;
+mod runs;
+mod storage;
+mod technique;
+mod tool;
+mod weights;
+
+pub use integrator::PrefixIntegrator;
+pub use options::{Basis, Filter, ID, Options, Rectification, Weighting};
+pub use storage::Storage;
+pub use technique::{CAPABILITIES, FilteredPrefix};
+pub use tool::{FilteredPrefixTechnique, TECHNIQUE};

@@ -1,0 +1,179 @@
+//! Options of the technique: which basis rows are filtered with, what is certified, and how slices are laid.
+
+use epipolar::driver::{ErrorTarget, MOST_HALVINGS, Refinement, Resampling, SliceSettings};
+use scatter_core::{OptionError, Quality};
+
+use crate::storage::Storage;
+
+/// The technique's id.
+pub const ID: &str = "filtered-prefix";
+
+/// Options of [`FilteredPrefix`](crate::FilteredPrefix).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// What rows are filtered with.
+    pub basis: Basis,
+    /// Coefficients of a filtered row: 4, 6 or 8 moments; 4 to 128 of a Fourier series, even.
+    pub coefficients: u32,
+    /// Whether pixels whose certificate exceeds [`Self::tolerance`] are integrated exactly.
+    pub certified: bool,
+    /// By what light rays are weighted.
+    pub weighting: Option<Weighting>,
+    /// How the shadow map is rectified.
+    pub rectification: Option<Rectification>,
+    /// How filtered rows are kept.
+    pub storage: Storage,
+    /// Largest certificate of a pixel's share, of the share less the certificate; or of the unoccluded light where
+    /// [`Self::absolute`] is set.
+    pub tolerance: f64,
+    /// Which slices are filtered at all.
+    pub filter: Filter,
+    /// Whether certificates are held against the unoccluded light instead of the pixel's own.
+    pub absolute: bool,
+    /// Columns of a slice that one texel may hide before the light rays behind it are told apart, 0 to 16: 0 is exact.
+    pub uncut_columns: f32,
+    /// Distance of slices \[pixels\], 1/16 to 16.
+    pub spacing: f64,
+    /// Slices a radian of the image's middle, at least, where the spacing is not measured; > 0.
+    pub fewest_slices: f64,
+    /// What the spacing is measured for; `None` takes it as it is.
+    pub target: Option<ErrorTarget>,
+    /// When a further slice goes between two that differ.
+    pub refinement: Refinement,
+    /// One column of a slice in how many has a view ray whose answers the pixels on its surface share, 1 to 16; 0: every pixel
+    /// asks itself.
+    pub shared_columns: u32,
+}
+
+/// What rows are filtered with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Basis {
+    /// Power moments (Peters et al. 2016): few numbers, and a bound of the error.
+    #[default]
+    Moments,
+    /// A Fourier series (Klehm et al. 2014): no bound.
+    Fourier,
+}
+
+/// By what light rays are weighted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weighting {
+    /// All alike (Klehm et al. 2014, Section 3.1): average visibility.
+    Average,
+    /// By the light that reference rays have of them (Section 3.2).
+    Reference,
+}
+
+/// Which slices are filtered, where pixels are certified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Filter {
+    /// Those whose exact integral costs more: all but those of a sun in a uniform medium.
+    #[default]
+    Auto,
+    /// All of them.
+    Always,
+}
+
+/// How the shadow map is rectified.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rectification {
+    /// Rows of epipolar slices are read from the given map.
+    Resampled,
+}
+
+/// Image diagonal \[pixels\] that the presets are tuned at: 1280×960.
+const TUNED_DIAGONAL: f64 = 1600.0;
+
+/// Image diagonal \[pixels\] from which on the presets measure their spacing: below it a sample of gaps says little.
+const LEAST_MEASURED_DIAGONAL: f64 = 240.0;
+
+impl Default for Options {
+    fn default() -> Self {
+        Self::for_quality(Quality::default(), [1280, 960])
+    }
+}
+
+impl Options {
+    /// The preset of a level for images of a size.
+    pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
+        let (spacing, finest, tolerance, halvings, split, certificate) = match level {
+            Quality::Preview => (8.0, 0.5, 0.2, 2, 1.0, 0.04),
+            Quality::Game => (4.0, 0.25, 0.04, 3, 0.5, 0.01),
+            Quality::Film => (4.0, 0.125, 0.009, 3, 0.0, 0.002),
+        };
+        let room = match level {
+            Quality::Preview => [0.6, 0.6],
+            Quality::Game => [0.9, 0.65],
+            Quality::Film => [0.9, 0.8],
+        };
+        let [error, rms] = room.map(|part: f32| part * level.error() as f32);
+        let target = ErrorTarget { error, rms, finest };
+        let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
+        let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
+        let measured = diagonal >= LEAST_MEASURED_DIAGONAL;
+        Self {
+            basis: Basis::Moments,
+            coefficients: 6,
+            certified: true,
+            weighting: None,
+            rectification: None,
+            storage: Storage::F32,
+            tolerance: certificate,
+            filter: Filter::Auto,
+            absolute: false,
+            // Half a column of a thumbnail is much of its picture.
+            uncut_columns: if measured { split * scale as f32 } else { 0.0 },
+            spacing: scale * if measured { spacing } else { 2.0 * finest },
+            fewest_slices: 400.0,
+            target: measured.then_some(ErrorTarget { finest: finest * scale, ..target }),
+            refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
+            shared_columns: u32::from(measured),
+        }
+    }
+
+    /// Options for an error of at most `error` (in (0, 1)) times each pixel's unoccluded radiance.
+    ///
+    /// Along a slice that is derived: half of `error` bounds the certificate of every pixel that is not integrated exactly. Between
+    /// slices it is checked: where two neighbours differ by more than a twentieth of it, weighted by how far the pixel is from
+    /// both, and still do half a pixel's 64th apart, the pixel is walked ray by ray. What is thinner than half a pixel and lies
+    /// between two slices that agree is not seen.
+    pub fn for_error(error: f64, size: [u32; 2]) -> Result<Self, OptionError> {
+        if !(error > 0.0 && error < 1.0) {
+            return Err(OptionError::BadValue {
+                technique: ID,
+                key: "error",
+                value: error.to_string(),
+                range: "a number in (0, 1)".into(),
+            });
+        }
+        let refinement = Refinement {
+            tolerance: 0.05 * error as f32,
+            floor: 1.0,
+            halvings: MOST_HALVINGS,
+            walks_rest: true,
+        };
+        Ok(Self {
+            tolerance: 0.5 * error,
+            absolute: true,
+            refinement,
+            spacing: 0.5,
+            target: None,
+            uncut_columns: 0.0,
+            shared_columns: 0,
+            ..Self::for_quality(Quality::Film, size)
+        })
+    }
+
+    /// How slices are laid and refined.
+    pub fn slices(&self) -> SliceSettings {
+        let Self { spacing, fewest_slices, target, refinement, shared_columns, .. } = *self;
+        SliceSettings {
+            spacing,
+            fewest_slices,
+            target,
+            refinement,
+            resampling: Resampling::Pixels,
+            shared_columns,
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! The light rays of one slice as what filters them sees them: runs, with the column that each ends behind, and their colours.
+
+use epipolar::rows::{Row, TexturedRow};
+
+/// Runs of a row, from the eye on.
+#[derive(Clone, Copy)]
+pub struct Runs<'a> {
+    /// γ where each run starts, 0 first; one more, ∞.
+    pub starts: &'a [f32],
+    /// Columns, counted from the light, that see each run lit.
+    pub lit: &'a [u32],
+    /// Colours, where the light has a texture.
+    pub colours: Option<&'a TexturedRow>,
+}
+
+impl<'a> Runs<'a> {
+    /// Of a row, cut where a texture changes its colour.
+    pub fn new(row: &'a Row, colours: Option<&'a TexturedRow>) -> Self {
+        match colours {
+            None => Self { starts: row.starts(), lit: row.lit(), colours },
+            Some(textured) => Self { starts: textured.starts(), lit: textured.lit(), colours },
+        }
+    }
+
+    /// One channel of the runs' colours; `None` in white light.
+    pub fn colour(&self, channel: usize) -> Option<&'a [f32]> {
+        self.colours.map(|textured| textured.colour(channel))
+    }
+}
+
+/// View rays that ask a row, column by column.
+#[derive(Debug, Default)]
+pub struct Asked {
+    /// Which of the slice's queries each is.
+    pub queries: Vec<u32>,
+    /// Column of each, from the slice's first.
+    pub columns: Vec<u32>,
+    /// Place of its column in the order of light.
+    pub ranks: Vec<u32>,
+    /// The light ray in which its ray ends.
+    pub gammas: Vec<f32>,
+    /// The run in which it ends.
+    pub ends: Vec<u32>,
+}
+
+impl Asked {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        for list in [&mut self.queries, &mut self.columns, &mut self.ranks, &mut self.ends] {
+            list.clear();
+        }
+        self.gammas.clear();
+    }
+
+    /// Room for so many.
+    pub fn reserve(&mut self, count: usize) {
+        self.clear();
+        for list in [&mut self.queries, &mut self.columns, &mut self.ranks, &mut self.ends] {
+            list.reserve(count);
+        }
+        self.gammas.reserve(count);
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.queries.len()
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        4 * (self.queries.capacity()
+            + self.columns.capacity()
+            + self.ranks.capacity()
+            + self.gammas.capacity()
+            + self.ends.capacity())
+    }
+}
+
+/// The farthest and the nearest column behind which light rays end, up to each run: where no run up to a ray's end comes between a
+/// view ray and the light, or all do, nothing is to be summed.
+#[derive(Debug, Default)]
+pub struct Extremes {
+    lit: Vec<[u32; 2]>,
+}
+
+impl Extremes {
+    /// Of a row's runs up to the run `last`.
+    #[inline(always)]
+    pub fn fill(&mut self, lit: &[u32], last: usize) {
+        if self.lit.len() <= last {
+            self.lit.resize(last + 1, [0; 2]);
+        }
+        let (mut least, mut most) = (u32::MAX, 0);
+        for (extremes, &lit) in self.lit[..=last].iter_mut().zip(lit) {
+            least = least.min(lit);
+            most = most.max(lit);
+            *extremes = [least, most];
+        }
+    }
+
+    /// Room for so many runs.
+    pub fn reserve(&mut self, runs: usize) {
+        self.lit.resize(runs.max(self.lit.len()), [0; 2]);
+    }
+
+    /// Whether all runs up to and with one are lit, and whether any is, for a view ray.
+    #[inline(always)]
+    pub fn all_and_any(&self, run: u32, rank: u32) -> [bool; 2] {
+        let [least, most] = self.lit[run as usize];
+        [least > rank, most > rank]
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        8 * self.lit.capacity()
+    }
+}
