@@ -63,6 +63,8 @@ pub use scatter_core::*;
 
 #[cfg(feature = "epipolar")]
 pub use epipolar;
+#[cfg(feature = "light-volume")]
+pub use light_volume;
 #[cfg(feature = "minmax-mipmap")]
 pub use minmax_mipmap;
 #[cfg(feature = "raymarch-ref")]
@@ -76,6 +78,8 @@ pub static TECHNIQUES: &[&dyn Technique] = &[
     &epipolar::TECHNIQUE,
     #[cfg(feature = "minmax-mipmap")]
     &minmax_mipmap::TECHNIQUE,
+    #[cfg(feature = "light-volume")]
+    &light_volume::TECHNIQUE,
 ];
 
 /// The technique with that id.
