@@ -20,10 +20,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16};
 
+use super::beam::Beam;
 use super::block_rays::{BlockRays, RAYS};
 use super::candidates::{Candidate, code_of};
 use super::crossings::{Crossing, Crossings};
-use crate::volume::{Axis, Face, SteppedVolume};
+use crate::volume::{Axis, Chunk, SteppedVolume};
 
 /// Rays that are tested side by side.
 const LANES: usize = 16;
@@ -56,76 +57,119 @@ impl<S: Simd> Group<S> {
     }
 }
 
-/// Writes down which rays of a block cross the faces of a patch of a layer; returns how many faces were tested.
+/// Writes down which rays of a block cross the faces of a patch of a layer; returns how many faces the block's beam met.
 #[inline(always)]
 pub fn cross<S: Simd>(
     simd: S,
     (volume, layer, perspective): (&SteppedVolume, u8, bool),
     candidate: &Candidate,
-    rays: &BlockRays,
+    (rays, beam): (&BlockRays, &Beam),
     crossings: &mut Crossings,
 ) -> u64 {
-    let faces = |axis| volume.faces(candidate.place[1], &candidate.patch, axis);
-    let (caps, columns, rows) = (faces(Axis::Depth), faces(Axis::Column), faces(Axis::Row));
-    for first in (0..RAYS).step_by(LANES) {
-        let group = Group::load(simd, rays, first);
-        let mut sink = Sink { rays, group: first, layer, crossings };
-        cross_caps(simd, &group, caps, perspective, &mut sink);
-        cross_walls::<S, true>(simd, &group, columns, perspective, &mut sink);
-        cross_walls::<S, false>(simd, &group, rows, perspective, &mut sink);
+    let mut met = 0;
+    for chunk in volume.faces(candidate.place[1], &candidate.patch) {
+        let (boxes, codes) = boxes_of(chunk, perspective);
+        let mut faces = beam.crosses_sixteen(simd, &boxes) & ((1u64 << chunk.count) - 1);
+        met += u64::from(faces.count_ones());
+        while faces != 0 {
+            let index = faces.trailing_zeros() as usize;
+            faces &= faces - 1;
+            let rectangle = Rectangle {
+                columns: [boxes[0][index], boxes[1][index]],
+                rows: [boxes[2][index], boxes[3][index]],
+                codes: [boxes[4][index], boxes[5][index]],
+            };
+            let sign = if codes[1][index] < codes[0][index] { 1 } else { -1 };
+            for first in (0..RAYS).step_by(LANES) {
+                let group = Group::load(simd, rays, first);
+                let mut sink = Sink { rays, group: first, layer, crossings };
+                match chunk.axis[index] {
+                    Axis::Column => cross_wall::<S, true>(simd, &group, &rectangle, sign, &mut sink),
+                    Axis::Row => cross_wall::<S, false>(simd, &group, &rectangle, sign, &mut sink),
+                    Axis::Depth => {
+                        let depth = f64::from(chunk.depth[0][index]);
+                        let at = if perspective { -1.0 / depth } else { depth };
+                        cross_cap(simd, &group, &rectangle, at, &mut sink);
+                    }
+                }
+            }
+        }
     }
-    (caps.len() + columns.len() + rows.len()) as u64
+    met
+}
+
+/// The first and last column, row and code of the faces of a chunk, and the codes before and behind each.
+#[inline(always)]
+fn boxes_of(chunk: &Chunk, perspective: bool) -> ([[f32; LANES]; 6], [[f32; LANES]; 2]) {
+    let mut boxes = [[0.0; LANES]; 6];
+    let mut codes = [[0.0; LANES]; 2];
+    for (code, depth) in codes.iter_mut().zip(&chunk.depth) {
+        for lane in 0..LANES {
+            code[lane] = code_of(depth[lane], perspective);
+        }
+    }
+    for axis in 0..2 {
+        for lane in 0..LANES {
+            let first = chunk.origin[axis] + f32::from(chunk.first[axis][lane]);
+            boxes[2 * axis][lane] = first;
+            boxes[2 * axis + 1][lane] = first + f32::from(chunk.extent[axis][lane]);
+        }
+    }
+    for lane in 0..LANES {
+        boxes[4][lane] = codes[0][lane].min(codes[1][lane]);
+        boxes[5][lane] = codes[0][lane].max(codes[1][lane]);
+    }
+    (boxes, codes)
+}
+
+/// A face in texels and codes.
+struct Rectangle {
+    columns: [f32; 2],
+    rows: [f32; 2],
+    codes: [f32; 2],
 }
 
 #[inline(always)]
-fn cross_caps<S: Simd>(simd: S, group: &Group<S>, faces: &[Face], perspective: bool, sink: &mut Sink<'_>) {
-    let zero = Wide::splat(simd, 0.0);
-    for face in faces {
-        let rectangle = face.rectangle(Axis::Depth);
-        let code = code_of(rectangle.at, perspective);
-        let s = group.crossing(simd, 2, code);
-        let mut hits = s.simd_gt(zero) & s.simd_lt(group.end);
-        for (axis, [first, last]) in [(0, rectangle.first), (1, rectangle.second)] {
-            let (a, b) = (group.crossing(simd, axis, first), group.crossing(simd, axis, last));
-            hits &= a.min(b).simd_le(s) & s.simd_lt(a.max(b));
-        }
-        let hits = hits.to_bitmask();
-        if hits != 0 {
-            let at = f64::from(rectangle.at);
-            sink.push(hits, 2, if perspective { -1.0 / at } else { at }, 1);
-        }
+fn cross_cap<S: Simd>(simd: S, group: &Group<S>, cap: &Rectangle, at: f64, sink: &mut Sink<'_>) {
+    let s = group.crossing(simd, 2, cap.codes[0]);
+    let mut hits = s.simd_gt(Wide::splat(simd, 0.0)) & s.simd_lt(group.end);
+    for (axis, [first, last]) in [(0, cap.columns), (1, cap.rows)] {
+        let (a, b) = (group.crossing(simd, axis, first), group.crossing(simd, axis, last));
+        hits &= a.min(b).simd_le(s) & s.simd_lt(a.max(b));
+    }
+    let hits = hits.to_bitmask();
+    if hits != 0 {
+        sink.push(hits, 2, (at, s.to_array()), 1);
     }
 }
 
 #[inline(always)]
-fn cross_walls<S: Simd, const COLUMN: bool>(
+fn cross_wall<S: Simd, const COLUMN: bool>(
     simd: S,
     group: &Group<S>,
-    faces: &[Face],
-    perspective: bool,
+    wall: &Rectangle,
+    sign: i8,
     sink: &mut Sink<'_>,
 ) {
-    let zero = Wide::splat(simd, 0.0);
-    let (axis, other) = if COLUMN { (0, 1) } else { (1, 0) };
-    for face in faces {
-        let rectangle = face.rectangle(if COLUMN { Axis::Column } else { Axis::Row });
-        let s = group.crossing(simd, axis, rectangle.at);
-        let [first, last] = rectangle.first;
-        let (a, b) = (group.crossing(simd, other, first), group.crossing(simd, other, last));
-        let [near, far] = rectangle.second.map(|depth| code_of(depth, perspective));
-        let (c, d) = (group.crossing(simd, 2, near), group.crossing(simd, 2, far));
-        // Of ties columns come first, then rows, then depths.
-        let within = if COLUMN {
-            a.min(b).simd_lt(s) & s.simd_le(a.max(b))
-        } else {
-            a.min(b).simd_le(s) & s.simd_lt(a.max(b))
-        };
-        let hits =
-            within & c.min(d).simd_lt(s) & s.simd_le(c.max(d)) & s.simd_gt(zero) & s.simd_lt(group.end);
-        let hits = hits.to_bitmask();
-        if hits != 0 {
-            sink.push(hits, axis, f64::from(rectangle.at), rectangle.sign);
-        }
+    let (axis, at) = if COLUMN { (0, wall.columns[0]) } else { (1, wall.rows[0]) };
+    let (other, [first, last]) = if COLUMN { (1, wall.rows) } else { (0, wall.columns) };
+    let s = group.crossing(simd, axis, at);
+    let (a, b) = (group.crossing(simd, other, first), group.crossing(simd, other, last));
+    let (c, d) = (group.crossing(simd, 2, wall.codes[0]), group.crossing(simd, 2, wall.codes[1]));
+    // Of ties columns come first, then rows, then depths.
+    let within = if COLUMN {
+        a.min(b).simd_lt(s) & s.simd_le(a.max(b))
+    } else {
+        a.min(b).simd_le(s) & s.simd_lt(a.max(b))
+    };
+    let hits = within
+        & c.min(d).simd_lt(s)
+        & s.simd_le(c.max(d))
+        & s.simd_gt(Wide::splat(simd, 0.0))
+        & s.simd_lt(group.end);
+    let hits = hits.to_bitmask();
+    if hits != 0 {
+        sink.push(hits, axis, (f64::from(at), s.to_array()), sign);
     }
 }
 
@@ -140,16 +184,18 @@ struct Sink<'a> {
 impl Sink<'_> {
     /// Rays whose bits are set cross the plane `at`; `sign` is that of a ray towards larger numbers.
     #[inline(always)]
-    fn push(&mut self, mut hits: u64, axis: usize, at: f64, sign: i8) {
+    fn push(&mut self, mut hits: u64, axis: usize, (at, s): (f64, [f32; LANES]), sign: i8) {
         while hits != 0 {
-            let ray = self.group + hits.trailing_zeros() as usize;
+            let lane = hits.trailing_zeros() as usize;
             hits &= hits - 1;
-            let depth = self.rays.depth_of(ray, axis, at);
+            let ray = self.group + lane;
             let rises = self.rays.inverse[axis][ray] > 0.0;
             self.crossings.push(Crossing {
-                depth,
+                depth: self.rays.depth_of(ray, axis, at),
+                s: s[lane],
                 ray: ray as u8,
                 layer: self.layer,
+                axis: axis as u8,
                 sign: if rises { sign } else { -sign },
             });
         }

@@ -21,12 +21,29 @@ pub const LEAVES: i8 = -2;
 pub struct Crossing {
     /// The camera's depth there.
     pub depth: f64,
+    /// The ray's parameter there, as faces compare it.
+    pub s: f32,
     /// The ray.
     pub ray: u8,
     /// The layer.
     pub layer: u8,
     /// +1 into the shadow, −1 out of it; [`ENTERS`], [`LEAVES`].
     pub sign: i8,
+    /// The axis of the face: of crossings at one parameter columns come first, then rows, then depths.
+    pub axis: u8,
+}
+
+impl Crossing {
+    /// Whether it comes before another one of its ray. Those of one layer stand in the order in which faces compare them, by
+    /// which signs alternate; depths in f64 may swap where that rounds.
+    #[inline(always)]
+    fn comes_before(&self, other: &Self) -> bool {
+        let is_border = |crossing: &Self| crossing.sign.abs() == ENTERS;
+        if self.layer != other.layer || is_border(self) || is_border(other) {
+            return self.depth < other.depth;
+        }
+        self.s < other.s || (self.s == other.s && self.axis < other.axis)
+    }
 }
 
 /// How the rays of a block start in a layer: a bit a ray.
@@ -154,7 +171,7 @@ impl Crossings {
             // Into its place among the ray's, which are few.
             let mut at = next[ray] as usize;
             let first = offsets[ray] as usize;
-            while at > first && self.sorted[at - 1].depth > crossing.depth {
+            while at > first && crossing.comes_before(&self.sorted[at - 1]) {
                 self.sorted[at] = self.sorted[at - 1];
                 at -= 1;
             }
@@ -259,7 +276,7 @@ mod tests {
     use super::*;
 
     fn crossing(ray: u8, layer: u8, depth: f64, sign: i8) -> Crossing {
-        Crossing { depth, ray, layer, sign }
+        Crossing { depth, s: depth as f32, ray, layer, sign, axis: 0 }
     }
 
     fn intervals(crossings: &mut Crossings, layers: usize, cuts: bool) -> (Vec<(usize, f64, f64)>, u64) {

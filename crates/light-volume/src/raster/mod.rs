@@ -3,12 +3,14 @@
 //! ```text
 //! ray_fan      view rays in a map's space: affine in the pixel's place
 //! block_rays   those of 8×8 pixels, in a parameter in which borders and depths are crossed in order
+//! beam         what bounds the rays of a block or of a tile: what no pixel can see is left out
 //! candidates   which patches the rays of a tile, and then of a block, may cross
 //! coverage     which rays cross which faces, sixteen rays at a time
 //! crossings    a pixel's crossings in order ──▶ its lit intervals
 //! integrate    lit intervals ──▶ sums of pixels        tile      all of it for a part of the image
 //! ```
 
+mod beam;
 mod block_rays;
 mod candidates;
 mod coverage;

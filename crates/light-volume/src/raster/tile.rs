@@ -17,6 +17,7 @@ use scatter_core::{
     Frame, Light, MapKind, RayLanes, SunIntegralF32, lit_stretches, transmittances_of_pixels_f32,
 };
 
+use super::beam::Beam;
 use super::block_rays::{BlockRays, Bounds, RAYS, SIDE};
 use super::candidates::{Candidates, code_of};
 use super::coverage::cross;
@@ -155,7 +156,14 @@ impl TileWork {
                         0.0 => found.starts[layer].dark |= u64::from(is_dark) << ray,
                         // Before it enters a lamp's pyramid the ray is in the light, as all is outside of a map.
                         depth if is_dark => {
-                            found.push(Crossing { depth, ray: ray as u8, layer: layer as u8, sign: 1 });
+                            found.push(Crossing {
+                                depth,
+                                s: 0.0,
+                                ray: ray as u8,
+                                layer: layer as u8,
+                                sign: 1,
+                                axis: 0,
+                            });
                         }
                         _ => {}
                     }
@@ -167,9 +175,14 @@ impl TileWork {
         }
         candidates.find(volume, fan.perspective, &bounds);
         for (rays, found) in rays.iter().zip(crossings) {
-            candidates.of_block(&rays.bounds, |candidate| {
+            if !(rays.bounds.end > 0.0) {
+                continue;
+            }
+            let beam = Beam::new(&rays.bounds);
+            let of_layer = (volume, layer as u8, fan.perspective);
+            candidates.of_block(simd, &beam, |candidate| {
                 counts.patches += 1;
-                counts.faces += cross(simd, (volume, layer as u8, fan.perspective), candidate, rays, found);
+                counts.faces += cross(simd, of_layer, candidate, (rays, &beam), found);
             });
         }
     }
@@ -277,7 +290,7 @@ fn find_borders(fan: &MapFan, layer: u8, [x, y]: [u32; 2], ends: &[f64; RAYS], f
         if !(from < to) {
             continue;
         }
-        let event = |depth, sign| Crossing { depth, ray: ray as u8, layer, sign };
+        let event = |depth, sign| Crossing { depth, s: 0.0, ray: ray as u8, layer, sign, axis: 0 };
         if from > 0.0 {
             found.push(event(from, ENTERS));
         } else {

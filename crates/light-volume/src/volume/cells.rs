@@ -10,6 +10,9 @@ use scatter_core::parallel;
 /// Texels along the side of a patch: the smallest square that has a list of faces of its own.
 pub const PATCH: u32 = 8;
 
+/// The level of the largest squares that become one: 32,768 texels a side, so that numbers within one fit into sixteen bits.
+const LARGEST_LEVEL: usize = 12;
+
 /// Largest spread of the depths in a square that becomes one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
@@ -69,7 +72,7 @@ impl Spreads {
     /// patch itself is not such a one.
     pub fn largest(&self, [column, row]: [u32; 2], tolerance: &Tolerance) -> Option<(usize, [f32; 2])> {
         let mut found = None;
-        for level in 0..level_count(self.size) {
+        for level in 0..level_count(self.size).min(LARGEST_LEVEL + 1) {
             let [columns, _] = squares(self.size, level);
             let spread = self.levels[level][((row >> level) * columns + (column >> level)) as usize];
             if !tolerance.holds(spread) {

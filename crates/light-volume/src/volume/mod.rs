@@ -18,5 +18,5 @@ pub mod polygons;
 mod stepped;
 
 pub use cells::Tolerance;
-pub use face::{Axis, Face, Rectangle};
+pub use face::{Axis, Chunk, Face};
 pub use stepped::{Patch, SteppedVolume, Tessellation};

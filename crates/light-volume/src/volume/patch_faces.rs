@@ -3,7 +3,7 @@
 //! A square owns its caps and the walls on its left and upper border; at the map's own right and lower border those walls as
 //! well. So every wall has one owner, and the mesh is closed whatever squares lie beside each other.
 
-use super::face::Face;
+use super::face::{Axis, Face, FaceLists};
 
 /// A map as the mesh sees it: no surface outside.
 #[derive(Clone, Copy)]
@@ -37,9 +37,6 @@ impl Depths<'_> {
     }
 }
 
-/// How many of each kind were written, in the order caps, column walls, row walls.
-pub type Counts = [u32; 3];
-
 /// Writes the faces of the texels `[x0, x1) × [y0, y1)`: of a patch of at most 8×8, or of a larger square if `is_flat` says
 /// that all of it has one depth. With `merges`, equal texels and equal steps side by side become one face.
 pub fn write(
@@ -47,34 +44,28 @@ pub fn write(
     [x0, y0]: [u32; 2],
     [x1, y1]: [u32; 2],
     (is_flat, merges): (bool, bool),
-    faces: &mut Vec<Face>,
-) -> Counts {
-    let start = faces.len();
+    faces: &mut FaceLists,
+) {
     if is_flat && merges {
         let depth = depths.at(x0, y0);
         if depth < f32::INFINITY {
-            faces.push(Face::cap([x0, y0], [x1 - x0, y1 - y0], depth));
+            faces.push(&Face { axis: Axis::Depth, first: [x0, y0], last: [x1, y1], depth: [depth; 2] });
         }
     } else {
         write_caps(depths, [x0, y0], [x1, y1], merges, faces);
     }
-    let caps = faces.len();
     for i in borders([x0, x1], depths.size[0], is_flat) {
-        let (owner, behind) = owner_of(i, x1);
         let steps = |j| depths.across_columns(i, j);
-        runs([y0, y1], merges, steps, |j, length, step| {
-            faces.push(Face::column_wall([owner, j], behind, length, step));
+        runs([y0, y1], merges, steps, |j, end, depth| {
+            faces.push(&Face { axis: Axis::Column, first: [i, j], last: [i, end], depth });
         });
     }
-    let columns = faces.len();
     for j in borders([y0, y1], depths.size[1], is_flat) {
-        let (owner, behind) = owner_of(j, y1);
         let steps = |i| depths.across_rows(i, j);
-        runs([x0, x1], merges, steps, |i, length, step| {
-            faces.push(Face::row_wall([i, owner], behind, length, step));
+        runs([x0, x1], merges, steps, |i, end, depth| {
+            faces.push(&Face { axis: Axis::Row, first: [i, j], last: [end, j], depth });
         });
     }
-    [caps - start, columns - caps, faces.len() - columns].map(|n| n as u32)
 }
 
 /// The borders that walls of a square may stand on: the first one, those inside of it unless it is flat, and the map's own
@@ -84,19 +75,13 @@ fn borders([first, last]: [u32; 2], size: u32, is_flat: bool) -> impl Iterator<I
     (first..inner).chain((last == size).then_some(last))
 }
 
-/// The texel that a wall is written down with, which fits into sixteen bits: the one behind it, and at the map's last
-/// border the one before it.
-fn owner_of(border: u32, last: u32) -> (u32, u32) {
-    if border < last { (border, 0) } else { (last - 1, 1) }
-}
-
 /// Caps of at most 8×8 texels: from each texel that has none yet as far right, and then as far down, as depths are equal.
 fn write_caps(
     depths: &Depths<'_>,
     [x0, y0]: [u32; 2],
     [x1, y1]: [u32; 2],
     merges: bool,
-    faces: &mut Vec<Face>,
+    faces: &mut FaceLists,
 ) {
     let bits = |i: u32, length: u32, j: u32| ((1u64 << length) - 1) << (8 * (j - y0) + (i - x0));
     let mut covered = 0u64;
@@ -119,12 +104,13 @@ fn write_caps(
             for j in j..j + height {
                 covered |= bits(i, width, j);
             }
-            faces.push(Face::cap([i, j], [width, height], depth));
+            let last = [i + width, j + height];
+            faces.push(&Face { axis: Axis::Depth, first: [i, j], last, depth: [depth; 2] });
         }
     }
 }
 
-/// Calls `each(start, length, step)` for runs of equal steps along `[first, last)`; texels of one depth make no step.
+/// Calls `each(start, end, step)` for runs of equal steps along `[first, last)`; texels of one depth make no step.
 #[inline(always)]
 fn runs(
     [first, last]: [u32; 2],
@@ -137,43 +123,45 @@ fn runs(
         let step = step_at(n);
         if step != open || !merges {
             if open[0] != open[1] {
-                each(start, n - start, open);
+                each(start, n, open);
             }
             (start, open) = (n, step);
         }
     }
     if open[0] != open[1] {
-        each(start, last - start, open);
+        each(start, last, open);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::volume::face::Axis;
+
+    fn written(depths: &Depths<'_>, merges: bool) -> Vec<Face> {
+        let mut lists = FaceLists::default();
+        lists.begin([0, 0]);
+        write(depths, [0, 0], depths.size, (false, merges), &mut lists);
+        let chunks = lists.chunks().iter();
+        chunks.flat_map(|chunk| (0..usize::from(chunk.count)).map(|n| chunk.face(n))).collect()
+    }
 
     #[test]
     fn equal_texels_are_one_cap_and_equal_steps_one_wall() {
         // A pit of 2×3 texels in a plate that fills the map.
-        let texels: Vec<f32> = (0..30)
-            .map(|n| if (2..4).contains(&(n % 6)) && (1..4).contains(&(n / 6)) { 9.0 } else { 4.0 })
-            .collect();
+        let is_pit = |n: u32| (2..4).contains(&(n % 6)) && (1..4).contains(&(n / 6));
+        let texels: Vec<f32> = (0..30).map(|n| if is_pit(n) { 9.0 } else { 4.0 }).collect();
         let depths = Depths { texels: &texels, size: [6, 5] };
-        let mut faces = Vec::new();
-        let counts = write(&depths, [0, 0], [6, 5], (false, true), &mut faces);
-        // The pit's bottom, and what is left of the plate in four pieces.
-        assert_eq!(counts[0], 5, "{faces:?}");
-        // Its sides, and the sides of the map.
-        assert_eq!(counts[1..], [4, 4], "{faces:?}");
-        let area = |face: &Face| u32::from(face.span[0] + 1) * u32::from(face.span[1] + 1);
-        assert_eq!(faces[..5].iter().map(area).sum::<u32>(), 30);
-        let far = faces[5..9].iter().filter(|face| face.rectangle(Axis::Column).second[1] == f32::INFINITY);
-        assert_eq!(far.count(), 2);
+        let faces = written(&depths, true);
+        let count = |axis| faces.iter().filter(|face| face.axis == axis).count();
+        // The pit's bottom, and what is left of the plate in four pieces; the pit's sides, and the sides of the map.
+        assert_eq!([Axis::Depth, Axis::Column, Axis::Row].map(count), [5, 4, 4], "{faces:?}");
+        let area = |face: &Face| (face.last[0] - face.first[0]) * (face.last[1] - face.first[1]);
+        assert_eq!(faces.iter().map(area).sum::<u32>(), 30);
+        assert_eq!(faces.iter().filter(|face| face.depth.contains(&f32::INFINITY)).count(), 4);
         // Unmerged: a cap a texel, and a wall a step of a texel.
-        faces.clear();
-        assert_eq!(
-            write(&depths, [0, 0], [6, 5], (false, false), &mut faces),
-            [30, 2 * 3 + 2 * 5, 2 * 2 + 2 * 6]
-        );
+        let faces = written(&depths, false);
+        let count = |axis| faces.iter().filter(|face| face.axis == axis).count();
+        let expected = [30, 2 * 3 + 2 * 5, 2 * 2 + 2 * 6];
+        assert_eq!([Axis::Depth, Axis::Column, Axis::Row].map(count), expected);
     }
 }

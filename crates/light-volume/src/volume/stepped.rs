@@ -7,7 +7,7 @@
 use scatter_core::{ShadowLayer, parallel};
 
 use super::cells::{EMPTY, PATCH, Spreads, Tolerance, flatten, halve, joined, level_count, squares};
-use super::face::{Axis, Face};
+use super::face::{Chunk, Face, FaceLists};
 use super::patch_faces::{Depths, write};
 
 /// How texels become faces.
@@ -22,10 +22,9 @@ pub enum Tessellation {
 /// The list of faces of a patch or of a larger square.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patch {
-    /// Where its list starts in its row's.
+    /// Where its list starts in its row's, and how many chunks it has.
     start: u32,
-    /// Caps, column walls, row walls: in this order in the list.
-    counts: [u32; 3],
+    count: u32,
     /// Its square has `PATCH`·2ⁿ texels a side; a patch inside of a larger square has no list and no bounds.
     level: u32,
     /// Nearest and farthest depth of its faces.
@@ -36,7 +35,7 @@ pub struct Patch {
 #[derive(Debug, Clone, Default)]
 struct PatchRow {
     patches: Vec<Patch>,
-    faces: Vec<Face>,
+    faces: FaceLists,
 }
 
 /// A closed mesh around the shadow of one layer of a map.
@@ -138,29 +137,16 @@ impl SteppedVolume {
         &self.rows[row as usize].patches[column as usize]
     }
 
-    /// Faces of a patch in the given row of patches that are square to an axis.
+    /// Faces of a patch in the given row of patches.
     #[inline(always)]
-    pub fn faces(&self, row: u32, patch: &Patch, axis: Axis) -> &[Face] {
-        let [caps, columns, rows] = patch.counts.map(|n| n as usize);
-        let start = patch.start as usize;
-        let (from, count) = match axis {
-            Axis::Depth => (0, caps),
-            Axis::Column => (caps, columns),
-            Axis::Row => (caps + columns, rows),
-        };
-        &self.rows[row as usize].faces[start + from..][..count]
+    pub fn faces(&self, row: u32, patch: &Patch) -> &[Chunk] {
+        &self.rows[row as usize].faces.chunks()[patch.start as usize..][..patch.count as usize]
     }
 
     /// Calls `each` for every face.
-    pub fn for_each_face(&self, mut each: impl FnMut(Axis, &Face)) {
-        for (row, of_row) in self.rows().iter().enumerate() {
-            for patch in &of_row.patches {
-                for axis in [Axis::Depth, Axis::Column, Axis::Row] {
-                    for face in self.faces(row as u32, patch, axis) {
-                        each(axis, face);
-                    }
-                }
-            }
+    pub fn for_each_face(&self, mut each: impl FnMut(Face)) {
+        for chunk in self.rows().iter().flat_map(|row| row.faces.chunks()) {
+            (0..usize::from(chunk.count)).for_each(|index| each(chunk.face(index)));
         }
     }
 
@@ -170,15 +156,13 @@ impl SteppedVolume {
 
     /// How many faces it has; each is two triangles.
     pub fn face_count(&self) -> u64 {
-        self.rows().iter().map(|row| row.faces.len() as u64).sum()
+        self.rows().iter().flat_map(|row| row.faces.chunks()).map(|chunk| u64::from(chunk.count)).sum()
     }
 
     /// Bytes that it holds.
     pub fn memory_bytes(&self) -> u64 {
         let row_bytes = |row: &PatchRow| {
-            row.faces.capacity() * size_of::<Face>()
-                + row.patches.capacity() * size_of::<Patch>()
-                + size_of::<PatchRow>()
+            row.faces.memory_bytes() + row.patches.capacity() * size_of::<Patch>() + size_of::<PatchRow>()
         };
         let rows: usize = self.rows.iter().map(row_bytes).sum();
         let bounds: usize = self.bounds.iter().map(|level| level.capacity() * size_of::<[f32; 2]>()).sum();
@@ -190,7 +174,7 @@ impl Patch {
     /// Whether it has no faces.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
-        self.counts == [0; 3]
+        self.count == 0
     }
 
     /// Its square has `PATCH`·2ⁿ texels a side.
@@ -206,21 +190,23 @@ fn write_patch(
     [column, row]: [u32; 2],
     flat_level: Option<usize>,
     merges: bool,
-    faces: &mut Vec<Face>,
+    faces: &mut FaceLists,
 ) -> Patch {
     let level = flat_level.unwrap_or(0);
-    let start = faces.len();
+    let first = [column * PATCH, row * PATCH];
+    let start = faces.begin(first);
+    let mut patch = Patch { start: start as u32, count: 0, level: level as u32, bounds: EMPTY };
     let within = (1 << level) - 1;
-    let mut patch = Patch { start: start as u32, counts: [0; 3], level: level as u32, bounds: EMPTY };
     if (column & within, row & within) != (0, 0) {
         return patch;
     }
-    let first = [column * PATCH, row * PATCH];
     let last = [0, 1].map(|axis| depths.size[axis].min(first[axis] + (PATCH << level)));
-    patch.counts = write(depths, first, last, (flat_level.is_some(), merges), faces);
-    for face in &faces[start..] {
-        for depth in face.depth {
-            patch.bounds = joined(patch.bounds, [depth; 2]);
+    write(depths, first, last, (flat_level.is_some(), merges), faces);
+    let chunks = &faces.chunks()[start..];
+    patch.count = chunks.len() as u32;
+    for chunk in chunks {
+        for depth in chunk.depth.iter().flat_map(|depths| &depths[..usize::from(chunk.count)]) {
+            patch.bounds = joined(patch.bounds, [*depth; 2]);
         }
     }
     patch
