@@ -67,6 +67,8 @@ pub use avsm;
 pub use epipolar;
 #[cfg(feature = "filtered-prefix")]
 pub use filtered_prefix;
+#[cfg(feature = "light-volume")]
+pub use light_volume;
 #[cfg(feature = "minmax-mipmap")]
 pub use minmax_mipmap;
 #[cfg(feature = "raymarch-ref")]
@@ -84,6 +86,8 @@ pub static TECHNIQUES: &[&dyn Technique] = &[
     &minmax_mipmap::TECHNIQUE,
     #[cfg(feature = "avsm")]
     &avsm::TECHNIQUE,
+    #[cfg(feature = "light-volume")]
+    &light_volume::TECHNIQUE,
 ];
 
 /// The technique with that id.

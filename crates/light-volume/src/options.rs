@@ -1,0 +1,79 @@
+//! Options of the technique: which surface the mesh has, how fine it is, and how crossings become radiance.
+
+use scatter_core::Quality;
+
+use crate::raster::Accumulate;
+
+/// The technique's id.
+pub const ID: &str = "light-volume";
+
+/// Options of [`LightVolume`](crate::LightVolume).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// The surface that the mesh has.
+    pub surface: Surface,
+    /// How crossings become a pixel's radiance.
+    pub accumulate: Accumulate,
+    /// Whether the mesh is coarser where the map allows it.
+    pub tessellation: Tessellation,
+    /// What an adaptive mesh may be off by along the light, 0 to 0.1: under a sun as a share of the longest view ray, around
+    /// a lamp as a share of the depth itself. Squares whose depths spread further are subdivided; 0 is exact.
+    pub threshold: f32,
+}
+
+/// The surface of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Surface {
+    /// Every texel at its own depth, with walls between: what the map says by nearest texel.
+    #[default]
+    Stepped,
+}
+
+/// How fine the mesh is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Tessellation {
+    /// Squares, rectangles and runs of one depth are one face; depths within the threshold count as one.
+    #[default]
+    Adaptive,
+    /// The base grid: a cap a texel, a wall a step.
+    Static,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self::for_quality(Quality::default())
+    }
+}
+
+impl Options {
+    /// What a level chooses: a threshold that was measured to keep it on the shots of the workshop.
+    pub fn for_quality(level: Quality) -> Self {
+        let threshold = match level {
+            Quality::Preview => 0.0,
+            Quality::Game => 0.0,
+            Quality::Film => 0.0,
+        };
+        Self { threshold, ..Self::exact() }
+    }
+
+    /// An adaptive mesh that is off by nothing.
+    pub fn exact() -> Self {
+        Self {
+            surface: Surface::Stepped,
+            accumulate: Accumulate::Intervals,
+            tessellation: Tessellation::Adaptive,
+            threshold: 0.0,
+        }
+    }
+
+    /// What keeps a promise of `|T − R| ≤ ε` times the unoccluded value, for every ε. A surface that is moved by δ along the
+    /// light moves a ray's crossing by δ over the cosine between the two, and no cosine is too small for a frame to have it:
+    /// so no threshold but 0 keeps a promise.
+    pub fn for_error(_error: f64) -> Self {
+        Self::exact()
+    }
+
+    pub(crate) fn is_adaptive(&self) -> bool {
+        self.tessellation == Tessellation::Adaptive
+    }
+}

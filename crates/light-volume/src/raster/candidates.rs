@@ -1,0 +1,111 @@
+//! Which patches of a mesh the rays of a tile, and then of a block, may cross: down a tree of squares, by a beam around them.
+
+use fearless_simd::Simd;
+
+use super::beam::{Beam, LANES};
+use super::block_rays::Bounds;
+use crate::volume::cells::{PATCH, squares};
+use crate::volume::{Patch, SteppedVolume};
+
+/// A square with faces.
+#[derive(Debug, Clone, Copy)]
+pub struct Candidate {
+    /// Its first patch: column and row of patches.
+    pub place: [u32; 2],
+    /// That patch.
+    pub patch: Patch,
+}
+
+/// Squares with faces that rays of a tile may cross; buffers are reused.
+#[derive(Debug, Clone, Default)]
+pub struct Candidates {
+    /// Column border before and behind, row border before and behind, least and greatest code: sixteen squares each.
+    boxes: Vec<[[f32; LANES]; 6]>,
+    list: Vec<Candidate>,
+    stack: Vec<(u8, [u16; 2])>,
+}
+
+/// The code of a depth: what is affine along a ray.
+#[inline(always)]
+pub fn code_of(depth: f32, perspective: bool) -> f32 {
+    // A depth of 0 is the lamp itself; the code stays finite, so that no product is NaN.
+    if perspective { (-1.0 / depth).max(-1e30) } else { depth }
+}
+
+impl Candidates {
+    /// Finds the squares of a mesh that rays within `bounds` may cross. O(squares found · log).
+    #[inline(always)]
+    pub fn find(&mut self, volume: &SteppedVolume, perspective: bool, bounds: &Bounds) {
+        self.list.clear();
+        self.boxes.clear();
+        self.stack.clear();
+        if !(bounds.end > 0.0) {
+            return;
+        }
+        self.stack.push((volume.coarsest() as u8, [0; 2]));
+        let size = volume.size();
+        let beam = Beam::new(bounds);
+        while let Some((level, place)) = self.stack.pop() {
+            let (level, place) = (level as usize, place.map(u32::from));
+            let spread = volume.bounds(level, place);
+            if !(spread[0] <= spread[1]) {
+                continue;
+            }
+            let first = place.map(|n| (n * (PATCH << level)) as f32);
+            let last = [0, 1].map(|axis| (first[axis] + (PATCH << level) as f32).min(size[axis] as f32));
+            let codes = spread.map(|depth| code_of(depth, perspective));
+            let square = [first[0], last[0], first[1], last[1], codes[0], codes[1]];
+            if !beam.crosses(&square) {
+                continue;
+            }
+            let first_patch = place.map(|n| n << level);
+            let patch = volume.patch(first_patch);
+            if level == 0 || patch.level() == level {
+                if !patch.is_empty() {
+                    self.push(Candidate { place: first_patch, patch: *patch }, &square);
+                }
+                continue;
+            }
+            let finer = squares(size, level - 1);
+            for [i, j] in [[1, 1], [0, 1], [1, 0], [0, 0]] {
+                let [column, row] = [2 * place[0] + i, 2 * place[1] + j];
+                if column < finer[0] && row < finer[1] {
+                    self.stack.push((level as u8 - 1, [column as u16, row as u16]));
+                }
+            }
+        }
+    }
+
+    fn push(&mut self, candidate: Candidate, square: &[f32; 6]) {
+        let lane = self.list.len() % LANES;
+        if lane == 0 {
+            self.boxes.push([[0.0; LANES]; 6]);
+        }
+        if let Some(boxes) = self.boxes.last_mut() {
+            for (values, value) in boxes.iter_mut().zip(square) {
+                values[lane] = *value;
+            }
+        }
+        self.list.push(candidate);
+    }
+
+    /// Calls `each` for those that a narrower beam may cross.
+    #[inline(always)]
+    pub fn of_block<S: Simd>(&self, simd: S, beam: &Beam, mut each: impl FnMut(&Candidate)) {
+        for (candidates, boxes) in self.list.chunks(LANES).zip(&self.boxes) {
+            let mut crossed = beam.crosses_sixteen(simd, boxes) & ((1u64 << candidates.len()) - 1);
+            while crossed != 0 {
+                let index = crossed.trailing_zeros() as usize;
+                crossed &= crossed - 1;
+                each(&candidates[index]);
+            }
+        }
+    }
+
+    /// Bytes that it holds.
+    pub fn memory_bytes(&self) -> u64 {
+        (self.boxes.capacity() * size_of::<[[f32; LANES]; 6]>()
+            + self.list.capacity() * size_of::<Candidate>()
+            + self.stack.capacity() * size_of::<(u8, [u16; 2])>()) as u64
+    }
+}

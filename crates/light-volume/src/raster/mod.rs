@@ -1,0 +1,134 @@
+//! The image pass: faces of the mesh to crossings of pixels' rays, crossings to lit intervals, intervals to radiance.
+//!
+//! ```text
+//! ray_fan      view rays in a map's space: affine in the pixel's place
+//! block_rays   those of 8×8 pixels, in a parameter in which borders and depths are crossed in order
+//! beam         what bounds the rays of a block or of a tile: what no pixel can see is left out
+//! candidates   which patches the rays of a tile, and then of a block, may cross
+//! coverage     which rays cross which faces, sixteen rays at a time
+//! crossings    a pixel's crossings in order ──▶ its lit intervals
+//! integrate    lit intervals ──▶ sums of pixels        tile      all of it for a part of the image
+//! ```
+
+mod beam;
+mod block_rays;
+mod candidates;
+mod coverage;
+mod crossings;
+mod integrate;
+mod ray_fan;
+mod tile;
+
+use std::sync::{Mutex, PoisonError};
+
+use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel};
+
+use crate::options::Options;
+use crate::volume::{SteppedVolume, Tessellation, Tolerance};
+use integrate::Integrand;
+use ray_fan::{MapFan, RayFan};
+use tile::{Scene, TILE, TileWork};
+
+pub use integrate::Accumulate;
+
+/// The stepped surface's mesh and image pass with their buffers, which serve the next frame.
+#[derive(Debug)]
+pub struct Raster {
+    simd: Level,
+    volumes: Vec<SteppedVolume>,
+    fans: Vec<MapFan>,
+    workers: Vec<TileWork>,
+}
+
+impl Raster {
+    /// With the instructions of a level.
+    pub fn new(simd: Level) -> Self {
+        Self { simd, volumes: Vec::new(), fans: Vec::new(), workers: Vec::new() }
+    }
+
+    /// Renders a frame, which has no texture.
+    pub fn render(&mut self, frame: &Frame<'_>, options: &Options, out: &mut ScatterImage) -> RenderStats {
+        let simd = self.simd;
+        let mut stats = RenderStats::default();
+        let mut clock = StageClock::start();
+        let facts = SceneFacts::of(frame);
+        let fan = RayFan::new(frame.camera());
+        let layer_count = if facts.casts_shadow { frame.shadow().layer_count() } else { 0 };
+        clock.lap(&mut stats, "facts");
+
+        let tessellation = tessellation_of(frame, options);
+        self.volumes.resize_with(layer_count.max(self.volumes.len()), SteppedVolume::default);
+        self.fans.clear();
+        for (volume, layer) in self.volumes.iter_mut().zip(frame.shadow().layers()).take(layer_count) {
+            volume.build(&layer, tessellation);
+            self.fans.push(fan.in_map(layer.projection()));
+        }
+        clock.lap(&mut stats, "mesh");
+
+        self.workers.resize_with(parallel::worker_count(), TileWork::default);
+        self.workers.iter_mut().for_each(TileWork::start_frame);
+        let scene = Scene {
+            frame,
+            fan,
+            fans: &self.fans,
+            volumes: &self.volumes[..layer_count],
+            integrand: Integrand::of(frame, options.accumulate),
+        };
+        let width = frame.size()[0];
+        let band_pixels = (width * TILE) as usize;
+        let (inscattered, transmittance) = out.overwritten(frame.size());
+        let bands =
+            inscattered.chunks_mut(band_pixels).zip(transmittance.chunks_mut(band_pixels)).enumerate();
+        let bands = Mutex::new(bands);
+        parallel::for_each_worker(&mut self.workers, |worker| {
+            loop {
+                let band = bands.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let Some((band, (inscattered, transmittance))) = band else { return };
+                for x in (0..width).step_by(TILE as usize) {
+                    let origin = [x, band as u32 * TILE];
+                    at_level!(simd, vectors => worker.render(vectors, &scene, origin, (inscattered, transmittance)));
+                }
+            }
+        });
+        clock.lap(&mut stats, "image");
+
+        let count = |of: fn(&TileWork) -> u64| self.workers.iter().map(of).sum();
+        let volumes = &self.volumes[..layer_count];
+        stats.counts.push("rays", frame.size().map(u64::from).iter().product());
+        stats.counts.push("triangles", 2 * volumes.iter().map(SteppedVolume::face_count).sum::<u64>());
+        stats.counts.push("patches", count(|work| work.counts.patches));
+        stats.counts.push("faces", count(|work| work.counts.faces));
+        stats.counts.push("crossings", count(|work| work.counts.crossings));
+        stats.counts.push("lit runs", count(|work| work.counts.lit_runs));
+        stats.counts.push("sign violations", count(|work| work.counts.violations));
+        stats.counts.push("pixels in f64", count(|work| work.counts.walked));
+        stats.push_modelled(&facts);
+        stats.memory_bytes = self.memory_bytes();
+        stats
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        let fans = self.fans.capacity() * size_of::<MapFan>();
+        let volumes: u64 = self.volumes.iter().map(SteppedVolume::memory_bytes).sum();
+        fans as u64 + volumes + self.workers.iter().map(TileWork::memory_bytes).sum::<u64>()
+    }
+}
+
+/// How the maps of a frame become meshes.
+pub fn tessellation_of(frame: &Frame<'_>, options: &Options) -> Tessellation {
+    if !options.is_adaptive() {
+        return Tessellation::Static;
+    }
+    let threshold = options.threshold;
+    if threshold <= 0.0 {
+        return Tessellation::Adaptive(Tolerance::EXACT);
+    }
+    if frame.light().position().is_some() {
+        return Tessellation::Adaptive(Tolerance { absolute: 0.0, relative: threshold });
+    }
+    // The longest ray; an endless one has no share.
+    let depths = frame.depth().texels().iter().copied();
+    let longest = depths.fold(0.0f32, f32::max).min(frame.max_distance() as f32);
+    let absolute = if longest.is_finite() { threshold * longest } else { 0.0 };
+    Tessellation::Adaptive(Tolerance { absolute, relative: 0.0 })
+}

@@ -1,0 +1,324 @@
+//! A tile of the image: which patches its rays may cross, what crosses what, and the light of its pixels.
+//!
+//! ```text
+//!     for each layer:
+//!         rays of the sixteen blocks                how they start, where they enter and leave the map
+//!         patches that any ray of the tile may cross
+//!         of each block: those that it may cross ──▶ crossings
+//!     of each block: crossings ──▶ lit intervals ──▶ sums
+//!     what does not add up, and what numbers cannot hold, ray by ray in f64
+//!     sums to pixels
+//! ```
+//!
+//! No tile knows of another: threads change no bit.
+
+use fearless_simd::Simd;
+use scatter_core::{
+    Frame, Light, MapKind, RayLanes, SunIntegralF32, lit_stretches, transmittances_of_pixels_f32,
+};
+
+use super::beam::Beam;
+use super::block_rays::{BlockRays, Bounds, RAYS, SIDE};
+use super::candidates::{Candidates, code_of};
+use super::coverage::cross;
+use super::crossings::{Crossing, Crossings, ENTERS, LEAVES};
+use super::integrate::{Integrand, LANES, Run, TileSums, along_ray};
+use super::ray_fan::{MapFan, RayFan};
+use crate::volume::SteppedVolume;
+
+/// Pixels along the side of a tile.
+pub const TILE: u32 = 32;
+/// Blocks along its side.
+const ACROSS: u32 = TILE / SIDE;
+/// Blocks of a tile.
+const BLOCKS: usize = (ACROSS * ACROSS) as usize;
+
+/// What all tiles of a frame read.
+pub struct Scene<'a> {
+    /// The frame.
+    pub frame: &'a Frame<'a>,
+    /// Its rays.
+    pub fan: RayFan,
+    /// Its rays in each layer; none where nothing casts a shadow.
+    pub fans: &'a [MapFan],
+    /// The meshes of the layers.
+    pub volumes: &'a [SteppedVolume],
+    /// What is added up.
+    pub integrand: Integrand<'a>,
+}
+
+/// What a worker did.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Counts {
+    /// Patches that blocks looked at.
+    pub patches: u64,
+    /// Faces of them.
+    pub faces: u64,
+    /// Crossings found.
+    pub crossings: u64,
+    /// Lit intervals.
+    pub lit_runs: u64,
+    /// Rays whose signs did not add up.
+    pub violations: u64,
+    /// Rays that were walked in f64.
+    pub walked: u64,
+}
+
+/// What a worker holds for the tile that it is at.
+#[derive(Debug, Clone, Default)]
+pub struct TileWork {
+    rays: Vec<BlockRays>,
+    ends: Vec<[f64; RAYS]>,
+    candidates: Candidates,
+    crossings: Vec<Crossings>,
+    runs: Vec<Run>,
+    sums: TileSums,
+    /// What it did in all tiles so far.
+    pub counts: Counts,
+}
+
+impl TileWork {
+    /// Forgets what it counted.
+    pub fn start_frame(&mut self) {
+        self.counts = Counts::default();
+    }
+
+    /// Renders the tile at `origin` into rows of the image's width, the first of which is the tile's first row.
+    #[inline(always)]
+    pub fn render<S: Simd>(
+        &mut self,
+        simd: S,
+        scene: &Scene<'_>,
+        origin: [u32; 2],
+        rows: (&mut [[f32; 3]], &mut [[f32; 3]]),
+    ) {
+        let [width, height] = scene.frame.size();
+        let size = [(width - origin[0]).min(TILE), (height - origin[1]).min(TILE)];
+        // Whole tiles, whatever the image leaves of them: buffers of one size, and lanes that need no end.
+        self.sums.clear(origin, TILE, (TILE * TILE) as usize, scene.integrand.accumulate());
+        self.rays.resize_with(BLOCKS, BlockRays::default);
+        self.ends.resize(BLOCKS, [0.0; RAYS]);
+        self.crossings.resize_with(BLOCKS, Crossings::default);
+        self.crossings.iter_mut().for_each(Crossings::clear);
+        self.measure(scene, size);
+        for layer in 0..scene.volumes.len() {
+            self.cross_layer(simd, scene, layer);
+        }
+        for block in 0..BLOCKS {
+            self.integrate(simd, scene, block);
+        }
+        scene.integrand.finish(simd, scene.frame, &mut self.sums);
+        self.shade(scene, size, rows);
+    }
+
+    /// Where the tile's rays end, and how long a unit of depth is on them.
+    #[inline(always)]
+    fn measure(&mut self, scene: &Scene<'_>, size: [u32; 2]) {
+        let (frame, limit) = (scene.frame, scene.frame.max_distance());
+        let width = frame.size()[0] as usize;
+        let origin = self.sums.origin;
+        for block in 0..BLOCKS as u32 {
+            let first = [block % ACROSS * SIDE, block / ACROSS * SIDE];
+            for ray in 0..RAYS as u32 {
+                let [x, y] = [first[0] + ray % SIDE, first[1] + ray / SIDE];
+                let pixel = (y * TILE + x) as usize;
+                let stretch = scene.fan.stretch([origin[0] + x, origin[1] + y]);
+                let mut end = 0.0;
+                if x < size[0] && y < size[1] {
+                    let at = (origin[1] + y) as usize * width + (origin[0] + x) as usize;
+                    end = f64::from(frame.depth().texels()[at]).min(limit) / stretch;
+                }
+                self.ends[block as usize][ray as usize] = end;
+                self.sums.stretch[pixel] = stretch as f32;
+                self.sums.ends[pixel] = end as f32;
+            }
+        }
+    }
+
+    /// Finds what the tile's rays cross in a layer.
+    #[inline(always)]
+    fn cross_layer<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, layer: usize) {
+        let Self { rays, ends, candidates, crossings, sums, counts, .. } = self;
+        let (fan, volume) = (&scene.fans[layer], &scene.volumes[layer]);
+        let Some(map) = scene.frame.shadow().layer(layer) else { return };
+        let mut bounds = Bounds::EMPTY;
+        for (block, rays) in rays.iter_mut().enumerate() {
+            let origin = place_of(sums.origin, block);
+            let lost = rays.set_up(fan, origin, &ends[block]);
+            let found = &mut crossings[block];
+            found.walked |= lost;
+            bounds = bounds.joined(&rays.bounds);
+            for ray in 0..RAYS {
+                if let Some([i, j]) = rays.first_texel(ray, volume.size()) {
+                    let code = code_of(volume.depth_at(&map, i, j), fan.perspective);
+                    let is_dark = rays.starts_behind(ray, code);
+                    match rays.base(ray) {
+                        0.0 => found.starts[layer].dark |= u64::from(is_dark) << ray,
+                        // Before it enters a lamp's pyramid the ray is in the light, as all is outside of a map.
+                        depth if is_dark => {
+                            found.push(Crossing {
+                                depth,
+                                s: 0.0,
+                                ray: ray as u8,
+                                layer: layer as u8,
+                                sign: 1,
+                                axis: 0,
+                            });
+                        }
+                        _ => {}
+                    }
+                }
+            }
+            if scene.volumes.len() > 1 {
+                find_borders(fan, layer as u8, origin, &ends[block], found);
+            }
+        }
+        candidates.find(volume, fan.perspective, &bounds);
+        for (rays, found) in rays.iter().zip(crossings) {
+            if !(rays.bounds.end > 0.0) {
+                continue;
+            }
+            let beam = Beam::new(&rays.bounds);
+            let of_layer = (volume, layer as u8, fan.perspective);
+            candidates.of_block(simd, &beam, |candidate| {
+                counts.patches += 1;
+                counts.faces += cross(simd, of_layer, candidate, (rays, &beam), found);
+            });
+        }
+    }
+
+    /// Adds up the light of a block's pixels.
+    #[inline(always)]
+    fn integrate<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, block: usize) {
+        let Self { ends, crossings, runs, sums, counts, .. } = self;
+        let (ends, crossings) = (&ends[block], &mut crossings[block]);
+        let first = [block as u32 % ACROSS * SIDE, block as u32 / ACROSS * SIDE];
+        let layers = scene.volumes.len();
+        if scene.frame.setup().maps().kind() == MapKind::Cube && layers > 0 {
+            crossings.walk_gaps(ends);
+        }
+        let pixel_of = |ray: usize| (first[1] + ray as u32 / SIDE) * TILE + first[0] + ray as u32 % SIDE;
+        runs.clear();
+        counts.crossings += crossings.len() as u64;
+        counts.violations += crossings.lit_intervals(ends, (layers, layers > 1), |ray, from, to| {
+            runs.push(Run { pixel: pixel_of(ray), ends: [from, to] });
+        });
+        counts.lit_runs += runs.len() as u64;
+        scene.integrand.add(simd, scene.frame, runs, sums);
+        let mut walked = crossings.walked;
+        while walked != 0 {
+            let ray = walked.trailing_zeros() as usize;
+            walked &= walked - 1;
+            if ends[ray] > 0.0 {
+                counts.walked += 1;
+                walk(scene, pixel_of(ray), ends[ray], sums);
+            }
+        }
+    }
+
+    /// Writes the tile's pixels.
+    #[inline(always)]
+    fn shade(
+        &self,
+        scene: &Scene<'_>,
+        size: [u32; 2],
+        (inscattered, transmittance): (&mut [[f32; 3]], &mut [[f32; 3]]),
+    ) {
+        let sums = &self.sums;
+        let (frame, width, limit) = (scene.frame, scene.frame.size()[0] as usize, scene.frame.max_distance());
+        let sun = match (frame.light(), scene.integrand.adds_lengths()) {
+            (Light::Directional(sun), true) => Some(SunIntegralF32::new(sun, frame.medium(), frame.camera())),
+            _ => None,
+        };
+        let same = scene.integrand.channels() == 1;
+        for row in 0..size[1] {
+            for column in (0..size[0]).step_by(RayLanes::COUNT) {
+                let place = [sums.origin[0] + column, sums.origin[1] + row];
+                let count = (size[0] - column).min(RayLanes::COUNT as u32) as usize;
+                let first = row as usize * width + place[0] as usize;
+                let tile_first = (row * TILE + column) as usize;
+                let mut ends = [0.0f32; LANES];
+                let texels =
+                    &frame.depth().texels()[place[1] as usize * width + place[0] as usize..][..count];
+                for (end, &depth) in ends.iter_mut().zip(texels) {
+                    *end = f64::from(depth).min(limit) as f32;
+                }
+                let through = transmittances_of_pixels_f32(frame.setup(), (place[0], place[1]), &ends);
+                let mut radiance = [[1.0f32; LANES]; 3];
+                if let Some(sun) = &sun {
+                    radiance = sun.source_of_pixels(place[0], place[1]);
+                }
+                for (channel, values) in radiance.iter_mut().enumerate() {
+                    let sum = &sums.channels[if same { 0 } else { channel }][tile_first..][..LANES];
+                    let stretch = &sums.stretch[tile_first..][..LANES];
+                    for lane in 0..LANES {
+                        values[lane] *= sum[lane] * if sun.is_some() { stretch[lane] } else { 1.0 };
+                    }
+                }
+                write_pixels(&radiance, &mut inscattered[first..][..count]);
+                write_pixels(&through, &mut transmittance[first..][..count]);
+            }
+        }
+    }
+
+    /// Bytes that it holds.
+    pub fn memory_bytes(&self) -> u64 {
+        let crossings: u64 = self.crossings.iter().map(Crossings::memory_bytes).sum();
+        let lists = self.rays.capacity() * size_of::<BlockRays>()
+            + self.ends.capacity() * size_of::<[f64; RAYS]>()
+            + self.crossings.capacity() * size_of::<Crossings>()
+            + self.runs.capacity() * size_of::<Run>();
+        crossings + lists as u64 + self.candidates.memory_bytes() + self.sums.memory_bytes()
+    }
+}
+
+/// The first pixel of a block of the tile at `origin`.
+fn place_of(origin: [u32; 2], block: usize) -> [u32; 2] {
+    let block = block as u32;
+    [origin[0] + block % ACROSS * SIDE, origin[1] + block / ACROSS * SIDE]
+}
+
+/// Where the rays of a block enter and leave the rectangle of a layer's map.
+#[inline(always)]
+fn find_borders(fan: &MapFan, layer: u8, [x, y]: [u32; 2], ends: &[f64; RAYS], found: &mut Crossings) {
+    for (ray, &end) in ends.iter().enumerate() {
+        if !(end > 0.0) {
+            continue;
+        }
+        let path = fan.path([x + ray as u32 % SIDE, y + ray as u32 / SIDE]);
+        let [from, to] = fan.clip(&path, [0.0, end]);
+        if !(from < to) {
+            continue;
+        }
+        let event = |depth, sign| Crossing { depth, s: 0.0, ray: ray as u8, layer, sign, axis: 0 };
+        if from > 0.0 {
+            found.push(event(from, ENTERS));
+        } else {
+            found.starts[layer as usize].inside |= 1 << ray;
+        }
+        if to < end {
+            found.push(event(to, LEAVES));
+        }
+    }
+}
+
+/// Adds the light of one pixel, walked through the maps in f64.
+fn walk(scene: &Scene<'_>, pixel: u32, end: f64, sums: &mut TileSums) {
+    let frame = scene.frame;
+    let [x, y] = sums.place(pixel);
+    let ray = frame.camera().pixel_ray(x, y);
+    let along = along_ray(frame, &ray);
+    let maps = (frame.shadow(), frame.setup().maps());
+    lit_stretches(maps, frame.camera().eye(), &ray, [0.0, end * along], |from, to| {
+        scene.integrand.add_exactly(frame, pixel, [from / along, to / along], sums);
+    });
+}
+
+/// Channel by channel to pixel by pixel.
+#[inline(always)]
+fn write_pixels(channels: &[[f32; LANES]; 3], pixels: &mut [[f32; 3]]) {
+    let [red, green, blue] = channels;
+    for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
+        *pixel = [*red, *green, *blue];
+    }
+}

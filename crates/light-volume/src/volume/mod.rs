@@ -1,0 +1,22 @@
+//! The stepped light volume of a shadow map: a closed mesh of caps and walls.
+//!
+//! ```text
+//! cells       texels of about one depth become squares       (adaptive tessellation)
+//! patch_faces caps and walls of a patch of 8×8 texels, or of a larger square
+//! stepped     all patches of a layer, and a tree of the depths between which their faces lie
+//! polygons    the same as polygons in the world: for export, and to show that the mesh is closed
+//! ```
+//!
+//! The mesh encloses what lies in the **shadow**, under all lights: our model is lit outside of the map, where the paper's
+//! prism is dark, so the map's border is a wall from each texel's depth to infinity. [`polygons`] closes lamps' meshes the
+//! paper's way, towards the lamp.
+
+pub mod cells;
+pub mod face;
+mod patch_faces;
+pub mod polygons;
+mod stepped;
+
+pub use cells::Tolerance;
+pub use face::{Axis, Chunk, Face};
+pub use stepped::{Patch, SteppedVolume, Tessellation};
