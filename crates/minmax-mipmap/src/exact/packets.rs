@@ -98,6 +98,7 @@ struct Packet<S: Simd> {
     place: [Reals<S>; 2],
     step: [Reals<S>; 2],
     per: [Reals<S>; 2],
+    before: [Reals<S>; 2],
     code_at_start: Reals<S>,
     code_step: Reals<S>,
     end: Reals<S>,
@@ -122,6 +123,7 @@ impl<S: Simd> Packet<S> {
             place: [zero; 2],
             step: [zero; 2],
             per: [zero; 2],
+            before: [zero; 2],
             code_at_start: zero,
             code_step: zero,
             end: zero,
@@ -177,6 +179,8 @@ impl<S: Simd> Packet<S> {
             self.step[1] => columns.real(Word::StepV),
             self.per[0] => columns.real(Word::PerU),
             self.per[1] => columns.real(Word::PerV),
+            self.before[0] => columns.real(Word::BorderU),
+            self.before[1] => columns.real(Word::BorderV),
             self.code_at_start => columns.real(Word::Code),
             self.code_step => columns.real(Word::CodeStep),
             self.end => columns.real(Word::End),
@@ -195,8 +199,9 @@ impl<S: Simd> Packet<S> {
     /// Takes every lane to its next block, or a level down.
     #[inline(always)]
     fn step(&mut self, simd: S, tree: &TreeView<'_>, blocks: &mut Blocks, runs: &mut Runs) {
-        let (one, level) = (index(simd, 1), self.level);
-        let within = (one << level) - 1;
+        let level = self.level;
+        // 2^level − 1.
+        let within = index(simd, i32::MAX) >> (31 - level);
         // The last texel of the block, where the ray leaves it, on both axes.
         let last = [self.texel[0] | within, self.texel[1] | within];
         let borders = [self.border(&last, 0), self.border(&last, 1)];
@@ -244,7 +249,7 @@ impl<S: Simd> Packet<S> {
     #[inline(always)]
     fn border(&self, last: &[Indices<S>; 2], axis: usize) -> Reals<S> {
         let texels: Reals<S> = (last[axis] + 1 - self.first[axis]).to_float();
-        (texels - self.place[axis]) * self.per[axis]
+        texels.mul_add(self.per[axis], self.before[axis])
     }
 
     /// The texel at `end` on the axis that is not left: inside of the block, and not behind the one before.

@@ -12,7 +12,7 @@ use super::layers::LayerTrees;
 use super::ray_fan::{
     GROUP, LANES, MapFan, MapPaths, RayFan, Wide, clip_by, greater, lesser, place_in_group,
 };
-use super::segment::{Segment, Word};
+use super::segment::{Segment, Start, Word};
 use super::slabs::{Kind, SlabView, Slabs};
 use super::tree_view::TreeView;
 use crate::depth_codes::DepthCodes;
@@ -75,7 +75,9 @@ struct BlockInLayer {
 pub struct Found {
     /// Segments of each layer.
     pub segments: Vec<Vec<Segment>>,
-    /// The camera's depth at the start of each, in f64: near a lamp f32 is too coarse.
+    /// Their pixels, and the camera's depth where each starts.
+    pub starts: Vec<Vec<Start>>,
+    /// That depth in f64: near a lamp f32 is too coarse.
     pub bases: Vec<Vec<f64>>,
     /// What goes the long way.
     pub leftovers: Vec<Leftover>,
@@ -116,7 +118,12 @@ impl Found {
     /// gets which tile is chance, and the second frame should allocate nothing.
     pub fn clear(&mut self, layers: usize, pixels: usize) {
         self.segments.resize_with(layers, Vec::new);
+        self.starts.resize_with(layers, Vec::new);
         self.bases.resize_with(layers, Vec::new);
+        for starts in &mut self.starts {
+            starts.clear();
+            starts.reserve(2 * pixels);
+        }
         for bases in &mut self.bases {
             bases.clear();
             bases.reserve(2 * pixels);
@@ -134,15 +141,15 @@ impl Found {
     }
 
     /// Looks at the block of 8×8 pixels from `place` on as a whole: where its rays, which end at `ends`, are inside of
-    /// each layer, and which slabs of them are lit or dark.
+    /// each layer, and which slabs of them are lit or dark. `whole_intervals`: lit intervals are dear, and must not be cut at slabs.
     #[inline(always)]
     pub fn look<S: Simd>(
         &mut self,
         simd: S,
-        layers: &[LayerFan],
-        trees: &LayerTrees,
+        (layers, trees): (&[LayerFan], &LayerTrees),
         place: [u32; 2],
         ends: &[Wide; GROUPS],
+        whole_intervals: bool,
     ) {
         self.place = place;
         self.blocks.clear();
@@ -184,6 +191,7 @@ impl Found {
             } else {
                 Slabs::UNKNOWN
             };
+            let slabs = if whole_intervals { slabs.with_whole_intervals() } else { slabs };
             self.blocks.push(BlockInLayer { whole, slabs });
         }
     }
@@ -207,6 +215,7 @@ impl Found {
             let [from, to] = &self.crossings[index][group];
             let mut sink = Sink {
                 segments: &mut self.segments[index],
+                starts: &mut self.starts[index],
                 bases: &mut self.bases[index],
                 leftovers: &mut self.leftovers,
                 layer,
@@ -264,7 +273,8 @@ impl Found {
     /// Bytes that the lists hold.
     pub fn memory_bytes(&self) -> u64 {
         let segments = self.segments.iter().map(|list| list.capacity() * size_of::<Segment>()).sum::<usize>();
-        let lists = 2 * self.segments.capacity() * size_of::<Vec<Segment>>()
+        let lists = 3 * self.segments.capacity() * size_of::<Vec<Segment>>()
+            + self.starts.iter().map(|list| list.capacity() * size_of::<Start>()).sum::<usize>()
             + self.bases.iter().map(|list| list.capacity() * size_of::<f64>()).sum::<usize>();
         let stretches =
             (self.open.capacity() + self.next.capacity() + self.lit.capacity()) * size_of::<Stretch>();
@@ -277,6 +287,7 @@ impl Found {
 /// Where the segments of a group in one layer go.
 struct Sink<'a> {
     segments: &'a mut Vec<Segment>,
+    starts: &'a mut Vec<Start>,
     bases: &'a mut Vec<f64>,
     leftovers: &'a mut Vec<Leftover>,
     layer: &'a LayerFan,
@@ -360,8 +371,8 @@ impl Sink<'_> {
         for axis in 0..2 {
             let (size, side) = (f64::from(layer.size[axis]), f64::from(layer.sides[axis]));
             let (start, step) = (&paths.start[axis], &paths.step[axis]);
-            let [place_word, step_word, per_word] =
-                [Word::PlaceU, Word::StepU, Word::PerU].map(|word| word as usize + axis);
+            let [place_word, step_word, per_word, border_word] =
+                [Word::PlaceU, Word::StepU, Word::PerU, Word::BorderU].map(|word| word as usize + axis);
             for lane in 0..LANES {
                 let u = (start[lane] + from[lane] * step[lane]) * inverse[lane];
                 let slope = step[lane] - u * shear[lane];
@@ -382,6 +393,7 @@ impl Sink<'_> {
                 words[place_word][lane] = bits(place);
                 words[step_word][lane] = bits(slope.min(STEEPEST));
                 words[per_word][lane] = bits(per);
+                words[border_word][lane] = bits(-place * per);
                 holds[lane] &= (at.abs() <= STEEPEST) & (slope <= STEEPEST);
             }
         }
@@ -393,8 +405,6 @@ impl Sink<'_> {
             words[Word::Depth as usize][lane] = bits(rounded);
             words[Word::DepthRest as usize][lane] = bits(depth[lane] - rounded);
             words[Word::PerDepth as usize][lane] = bits((1.0 / depth_step[lane]).clamp(-STEEPEST, STEEPEST));
-            words[Word::Pixel as usize][lane] = pixels[lane];
-            words[Word::Base as usize][lane] = bits(from[lane]);
         }
         let mut rows = [u32x16::splat(simd, 0); LANES];
         for (row, word) in rows.iter_mut().zip(&words) {
@@ -405,6 +415,7 @@ impl Sink<'_> {
             if from[lane] < to[lane] {
                 if holds[lane] {
                     self.segments.push(rows[lane].to_array());
+                    self.starts.push(Start { pixel: pixels[lane], depth: from[lane] as f32 });
                     self.bases.push(from[lane]);
                 } else {
                     let (pixel, part) = (pixels[lane], [from[lane], to[lane]]);

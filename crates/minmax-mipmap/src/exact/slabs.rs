@@ -109,9 +109,11 @@ impl Slabs {
         slabs
     }
 
-    /// Whether nothing of it is mixed.
-    pub fn is_told(&self) -> bool {
-        self.lit | self.dark == u64::MAX
+    /// With what is lit left to the rays themselves, unless nothing of the block is mixed: an interval that begins in a
+    /// lit slab and ends in a mixed one is then one interval, where each is dear.
+    #[inline(always)]
+    pub fn with_whole_intervals(self) -> Self {
+        if self.lit | self.dark == u64::MAX { self } else { Self { lit: 0, ..self } }
     }
 
     /// Kind, start and end of each, neighbours of one kind joined; the first one begins at −∞, and the last one ends at ∞:

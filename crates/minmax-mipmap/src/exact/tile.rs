@@ -86,6 +86,9 @@ impl TileWork {
         // Whole tiles, whatever the image leaves of them: buffers of one size, and lanes that need no end.
         let pixels = (TILE[0] * TILE[1]) as usize;
         self.sums.clear(origin, TILE[0], pixels);
+        if !matches!(scene.integrand, Integrand::Lengths { .. }) {
+            self.sums.lay_rays(scene.frame.camera());
+        }
         self.found.clear(scene.layers.len(), pixels);
         self.set_up(simd, scene, size);
         for index in 0..scene.layers.len() {
@@ -100,6 +103,7 @@ impl TileWork {
     fn set_up<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, size: [u32; 2]) {
         let Self { found, sums, lit_runs, .. } = self;
         let (frame, limit) = (scene.frame, scene.frame.max_distance());
+        let whole_intervals = !matches!(scene.integrand, Integrand::Lengths { .. });
         let width = frame.size()[0] as usize;
         for y in (0..size[1]).step_by(GROUP[1] as usize * GROUPS) {
             for x in (0..size[0]).step_by(GROUP[0] as usize) {
@@ -125,7 +129,7 @@ impl TileWork {
                         }
                     }
                 }
-                found.look(simd, scene.layers, scene.trees, place, &ends);
+                found.look(simd, (scene.layers, scene.trees), place, &ends, whole_intervals);
                 for (group, ends) in ends.iter().enumerate() {
                     let pixels = numbers_in_tile(TILE[0], [x, y + group as u32 * GROUP[1]]);
                     found.cut(simd, scene.layers, group, &pixels, ends);
@@ -152,7 +156,8 @@ impl TileWork {
         else {
             return;
         };
-        let (segments, bases) = (&mut found.segments[index], &found.bases[index]);
+        let (segments, starts, bases) =
+            (&mut found.segments[index], &found.starts[index], &found.bases[index]);
         let count = segments.len();
         if count == 0 {
             return;
@@ -169,7 +174,12 @@ impl TileWork {
             loop {
                 at = look_closely(simd, &texel_view, segments, blocks, at, runs, &mut looks.texels);
                 *lit_runs += runs.len() as u64;
-                scene.integrand.add_runs(simd, scene.frame, (runs, segments, bases, perspective), sums);
+                scene.integrand.add_runs(
+                    simd,
+                    scene.frame,
+                    (runs, segments, starts, bases, perspective),
+                    sums,
+                );
                 runs.clear();
                 if at >= blocks.len() {
                     break;
