@@ -7,12 +7,12 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::DVec3;
-use scatter_core::{Frame, Light, LightIntegralF32, Projection, RayLanes, RayLight, ViewRay};
+use scatter_core::{Camera, Frame, Light, LightIntegralF32, Projection, RayLanes, RayLight, ViewRay};
 
 use super::lanes::{Reals, lit_length, real};
 use super::queues::Runs;
 use super::ray_fan::LANES;
-use super::segment::{Segment, Word};
+use super::segment::{Segment, Start, Word};
 
 /// What is added up.
 #[expect(
@@ -44,6 +44,8 @@ pub struct TileSums {
     pub channels: [Vec<f32>; 3],
     /// How long a unit of the camera's depth is on each pixel's ray.
     pub stretch: Vec<f32>,
+    /// The pixels' rays, sixteen side by side along a row, if [`Self::lay_rays`] laid them.
+    rays: Vec<RayLanes>,
 }
 
 impl TileSums {
@@ -61,10 +63,37 @@ impl TileSums {
         [self.origin[0] + pixel % self.width, self.origin[1] + pixel / self.width]
     }
 
+    /// Lays the pixels' rays, which lamps and height fog ask for once a lit interval.
+    #[inline(always)]
+    pub fn lay_rays(&mut self, camera: &Camera) {
+        self.rays.clear();
+        let count = self.stretch.len() / RayLanes::COUNT;
+        self.rays.reserve(count);
+        for n in 0..count as u32 {
+            let [x, y] = self.place(n * RayLanes::COUNT as u32);
+            self.rays.push(RayLanes::of_pixels(camera, x, y));
+        }
+    }
+
+    /// The rays of sixteen pixels.
+    #[inline(always)]
+    fn rays_of(&self, pixels: &[u32; LANES]) -> RayLanes {
+        let mut rays = RayLanes { origin: [[0.0; LANES]; 3], direction: [[0.0; LANES]; 3] };
+        for lane in 0..LANES {
+            let pixel = pixels[lane] as usize;
+            let (laid, place) = (&self.rays[pixel / RayLanes::COUNT], pixel % RayLanes::COUNT);
+            for axis in 0..3 {
+                rays.origin[axis][lane] = laid.origin[axis][place];
+                rays.direction[axis][lane] = laid.direction[axis][place];
+            }
+        }
+        rays
+    }
+
     /// Bytes that it holds.
     pub fn memory_bytes(&self) -> u64 {
         let numbers: usize = self.channels.iter().chain([&self.stretch]).map(Vec::capacity).sum();
-        (numbers * size_of::<f32>()) as u64
+        (numbers * size_of::<f32>() + self.rays.capacity() * size_of::<RayLanes>()) as u64
     }
 }
 
@@ -82,46 +111,54 @@ impl<'a> Integrand<'a> {
         }
     }
 
-    /// Adds runs of segments, whose starts are `bases`; `perspective` says what their parameter is.
+    /// Adds runs of segments, whose starts are `starts` and, in f64, `bases`; `perspective` says what their parameter is.
     #[inline(always)]
     pub fn add_runs<S: Simd>(
         &self,
         simd: S,
         frame: &Frame<'_>,
-        (runs, segments, bases, perspective): (&Runs, &[Segment], &[f64], bool),
+        (runs, segments, starts, bases, perspective): (&Runs, &[Segment], &[Start], &[f64], bool),
         sums: &mut TileSums,
     ) {
         for at in (0..runs.len()).step_by(LANES) {
             let (numbers, from, to) = runs.sixteen(at);
             let count = (runs.len() - at).min(LANES);
-            let (mut pixels, mut starts, mut lengths) = ([0u32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
-            // From a segment's start to the run's.
-            let mut behind = [0.0f32; LANES];
+            let (mut pixels, mut depths) = ([0u32; LANES], [0.0f32; LANES]);
+            // From a segment's start to the run's, and to its end.
+            let (mut behind, mut end) = (from, to);
             for lane in 0..LANES {
-                let segment = &segments[numbers[lane] as usize];
-                let (mut a, mut b) = (from[lane], to[lane]);
-                if perspective {
-                    (a, b) = (depth_behind(a, segment), depth_behind(b, segment));
-                }
-                pixels[lane] = segment[Word::Pixel as usize];
-                behind[lane] = a;
-                starts[lane] = f32::from_bits(segment[Word::Base as usize]) + a;
-                lengths[lane] = b - a;
+                let start = &starts[numbers[lane] as usize];
+                (pixels[lane], depths[lane]) = (start.pixel, start.depth);
             }
+            if perspective {
+                for lane in 0..LANES {
+                    let segment = &segments[numbers[lane] as usize];
+                    behind[lane] = depth_behind(behind[lane], segment);
+                    end[lane] = depth_behind(end[lane], segment);
+                }
+            }
+            let first = Reals::load_array_ref(simd, &behind);
+            let mut lengths = (Reals::load_array_ref(simd, &end) - first).to_array();
+            let depths = (Reals::load_array_ref(simd, &depths) + first).to_array();
             if let (Self::Radiance(_), Some(lamp)) = (self, frame.light().position()) {
                 let lamp = lamp - frame.camera().eye();
-                for lane in 0..count {
-                    let ray = ray_of(frame, sums, pixels[lane]);
-                    let stretch = along_ray(frame, &ray);
+                let rays = sums.rays_of(&pixels);
+                let mut ends = [[0.0; LANES]; 2];
+                let stretch = along_rays(frame, &rays);
+                for lane in 0..LANES {
                     let from = bases[numbers[lane] as usize] + f64::from(behind[lane]);
-                    let ends = [from, from + f64::from(lengths[lane])].map(|depth| depth * stretch);
-                    if ends.iter().any(|&t| is_at_the_lamp(lamp, &ray, t)) {
-                        self.add_exactly(frame, pixels[lane], ends, sums);
-                        lengths[lane] = 0.0;
-                    }
+                    ends[0][lane] = from * stretch[lane];
+                    ends[1][lane] = (from + f64::from(lengths[lane])) * stretch[lane];
+                }
+                let mut exact = at_the_lamp(lamp, &rays, &ends) & ((1u32 << count) - 1);
+                while exact != 0 {
+                    let lane = exact.trailing_zeros() as usize;
+                    exact &= exact - 1;
+                    self.add_exactly(frame, pixels[lane], [ends[0][lane], ends[1][lane]], sums);
+                    lengths[lane] = 0.0;
                 }
             }
-            self.add(simd, frame, &pixels, &starts, &lengths, count, sums);
+            self.add(simd, frame, &pixels, &depths, &lengths, count, sums);
         }
     }
 
@@ -156,10 +193,13 @@ impl<'a> Integrand<'a> {
                 }
             }
             Self::Radiance(light) => {
-                let rays = RayLanes::from_fn(|lane| ray_of(frame, sums, pixels[lane]));
-                let along = |lane: usize, depth: f32| depth * sums.stretch[pixels[lane] as usize];
-                let a = std::array::from_fn(|lane| along(lane, starts[lane]));
-                let b = std::array::from_fn(|lane| along(lane, starts[lane] + lengths[lane]));
+                let rays = sums.rays_of(pixels);
+                let (mut a, mut b) = (*starts, *starts);
+                for lane in 0..LANES {
+                    let stretch = sums.stretch[pixels[lane] as usize];
+                    a[lane] = starts[lane] * stretch;
+                    b[lane] = (starts[lane] + lengths[lane]) * stretch;
+                }
                 let radiance = light.intervals(simd.level(), &rays, &a, &b);
                 for (values, added) in sums.channels.iter_mut().zip(&radiance) {
                     for lane in 0..count {
@@ -214,23 +254,42 @@ fn ray_of(frame: &Frame<'_>, sums: &TileSums, pixel: u32) -> ViewRay {
     frame.camera().pixel_ray(x, y)
 }
 
-/// How long a unit of a ray's parameter is, in f64: of the depth of a perspective camera.
-fn along_ray(frame: &Frame<'_>, ray: &ViewRay) -> f64 {
-    match frame.camera().projection() {
-        Projection::Perspective => 1.0 / ray.direction.dot(frame.camera().forward()),
-        Projection::Orthographic => 1.0,
+/// How long a unit of the rays' parameter is, in f64: of the depth of a perspective camera.
+#[inline(always)]
+fn along_rays(frame: &Frame<'_>, rays: &RayLanes) -> [f64; LANES] {
+    let mut along = [1.0; LANES];
+    if frame.camera().projection() == Projection::Perspective {
+        let forward = frame.camera().forward();
+        let [x, y, z] = &rays.direction;
+        for lane in 0..LANES {
+            along[lane] = 1.0 / (x[lane] * forward.x + y[lane] * forward.y + z[lane] * forward.z);
+        }
     }
+    along
 }
 
-/// Whether an interval of a lamp that ends at `t` must be integrated in f64: rounding t to f32 shifts the end by 2⁻²⁴·t,
-/// where the light is as 1/d² and all of the ray has about 1/h, so the share that is lost is 2⁻²⁴·t·h/d²; a millionth is
-/// allowed. `lamp` is relative to the eye.
-fn is_at_the_lamp(lamp: DVec3, ray: &ViewRay, t: f64) -> bool {
+/// Which intervals of a lamp must be integrated in f64, a bit each, by where they end on their rays: rounding t to f32
+/// shifts an end by 2⁻²⁴·t, where the light is as 1/d² and all of the ray has about 1/h, so the share that is lost is
+/// 2⁻²⁴·t·h/d²; a millionth is allowed. `lamp` is relative to the eye.
+#[inline(always)]
+fn at_the_lamp(lamp: DVec3, rays: &RayLanes, ends: &[[f64; LANES]; 2]) -> u32 {
     const MOST: f64 = 16.0;
-    let to_lamp = lamp - ray.origin;
-    let closest = to_lamp.dot(ray.direction);
-    let distance = to_lamp.cross(ray.direction).length();
-    t * distance > MOST * (distance * distance + (t - closest) * (t - closest))
+    let mut near = [0u32; LANES];
+    for lane in 0..LANES {
+        let way = [0, 1, 2].map(|axis| rays.direction[axis][lane]);
+        let to_lamp = [0, 1, 2].map(|axis| lamp[axis] - rays.origin[axis][lane]);
+        let closest = to_lamp[0] * way[0] + to_lamp[1] * way[1] + to_lamp[2] * way[2];
+        let across = [
+            to_lamp[1] * way[2] - to_lamp[2] * way[1],
+            to_lamp[2] * way[0] - to_lamp[0] * way[2],
+            to_lamp[0] * way[1] - to_lamp[1] * way[0],
+        ];
+        let distance_sq = across[0] * across[0] + across[1] * across[1] + across[2] * across[2];
+        let distance = distance_sq.sqrt();
+        let is_near = |t: f64| t * distance > MOST * (distance_sq + (t - closest) * (t - closest));
+        near[lane] = u32::from(is_near(ends[0][lane]) | is_near(ends[1][lane])) << lane;
+    }
+    near.into_iter().fold(0, |all, bit| all | bit)
 }
 
 /// The camera's depth behind a segment's start, from the parameter of a perspective map's segment.

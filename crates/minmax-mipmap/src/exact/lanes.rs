@@ -4,6 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x16, i32x16, mask32x16, u32x16};
 
 use super::ray_fan::LANES;
+use crate::depth_codes::LAST;
 
 /// A number for each lane.
 pub type Reals<S> = f32x16<S>;
@@ -29,6 +30,12 @@ pub fn index<S: Simd>(simd: S, value: i32) -> Indices<S> {
 pub fn first_lanes<S: Simd>(simd: S, count: usize) -> Answers<S> {
     let bits = if count >= LANES { 0xFFFF } else { (1u64 << count) - 1 };
     Answers::from_bitmask(simd, bits)
+}
+
+/// Rays' codes as they are compared with nodes'.
+#[inline(always)]
+pub fn clamped<S: Simd>(simd: S, code: Reals<S>) -> Reals<S> {
+    code.max(real(simd, 0.5)).min(real(simd, LAST - 0.5))
 }
 
 /// Rows become columns, in place: four perfect shuffles of sixteen rows.

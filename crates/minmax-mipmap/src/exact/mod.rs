@@ -22,6 +22,7 @@ mod set_up;
 mod slabs;
 mod texels;
 mod tile;
+mod tree_view;
 
 use std::sync::{Mutex, PoisonError};
 

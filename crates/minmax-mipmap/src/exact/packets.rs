@@ -20,12 +20,12 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, u32x16};
 
-use super::lanes::{Answers, Indices, Reals, first_lanes, index, real};
+use super::lanes::{Answers, Indices, Reals, clamped, first_lanes, index, real};
 use super::queues::{Blocks, Runs};
 use super::ray_fan::LANES;
 use super::segment::{Columns, Segment, Word};
-use crate::depth_codes::LAST;
-use crate::tree::{FINEST, MinMaxTree};
+use super::tree_view::TreeView;
+use crate::tree::FINEST;
 
 /// Packets that take turns.
 const PACKETS: usize = 2;
@@ -33,51 +33,21 @@ const PACKETS: usize = 2;
 /// Dead lanes from which on a packet is refilled: fewer cost more set-up, more idle lanes.
 const REFILL: u32 = 8;
 
-/// A tree as packets read it.
-#[derive(Clone, Copy)]
-pub struct TreeView<'a> {
-    nodes: &'a [u32],
-    pitch: i32,
-    sides: [i32; 2],
-    coarsest: i32,
-    start: i32,
-}
-
-impl<'a> TreeView<'a> {
-    /// Of a tree, entered at `start` or its coarsest level.
-    pub fn new(tree: &'a MinMaxTree, start: u32) -> Self {
-        let (nodes, pitch) = tree.rows();
-        let coarsest = tree.coarsest().min(start) as i32;
-        let sides = tree.sides().map(|side| side as i32);
-        Self { nodes, pitch: pitch as i32, sides, coarsest, start: coarsest }
-    }
-
-    /// The nodes with these indices; indices of lanes that are done may lie anywhere.
-    #[inline(always)]
-    fn fetch<S: Simd>(&self, simd: S, at: Indices<S>) -> u32x16<S> {
-        let at: u32x16<S> = at.bitcast();
-        let at = at.min(self.nodes.len() as u32 - 1).to_array();
-        let mut nodes = [0; LANES];
-        for lane in 0..LANES {
-            nodes[lane] = self.nodes[at[lane] as usize];
-        }
-        u32x16::load_array(simd, nodes)
-    }
-}
-
 /// Segments on their way through a tree.
 pub struct Packets<S: Simd> {
     packets: [Packet<S>; PACKETS],
     next: usize,
+    /// The level where segments enter the tree.
+    start: i32,
     /// Nodes that were looked at.
     pub nodes: u64,
 }
 
 impl<S: Simd> Packets<S> {
-    /// None on their way yet.
+    /// None on their way yet; all will enter the tree at that level.
     #[inline(always)]
-    pub fn new(simd: S) -> Self {
-        Self { packets: [Packet::new(simd); PACKETS], next: 0, nodes: 0 }
+    pub fn new(simd: S, start: i32) -> Self {
+        Self { packets: [Packet::new(simd); PACKETS], next: 0, start, nodes: 0 }
     }
 
     /// Goes on through the `count` first of the segments (sixteen more must follow them) until a list is full; true when all
@@ -95,7 +65,7 @@ impl<S: Simd> Packets<S> {
             let mut live = false;
             for packet in &mut self.packets {
                 if self.next < count && LANES as u32 - packet.live.to_bitmask().count_ones() >= REFILL {
-                    packet.refill(simd, tree, segments, count, &mut self.next, runs);
+                    packet.refill(simd, self.start, segments, count, &mut self.next, runs);
                 }
                 let bits = packet.live.to_bitmask();
                 live |= bits != 0;
@@ -128,6 +98,7 @@ struct Packet<S: Simd> {
     place: [Reals<S>; 2],
     step: [Reals<S>; 2],
     per: [Reals<S>; 2],
+    before: [Reals<S>; 2],
     code_at_start: Reals<S>,
     code_step: Reals<S>,
     end: Reals<S>,
@@ -152,6 +123,7 @@ impl<S: Simd> Packet<S> {
             place: [zero; 2],
             step: [zero; 2],
             per: [zero; 2],
+            before: [zero; 2],
             code_at_start: zero,
             code_step: zero,
             end: zero,
@@ -174,7 +146,7 @@ impl<S: Simd> Packet<S> {
     fn refill(
         &mut self,
         simd: S,
-        tree: &TreeView<'_>,
+        start: i32,
         segments: &[Segment],
         count: usize,
         next: &mut usize,
@@ -207,6 +179,8 @@ impl<S: Simd> Packet<S> {
             self.step[1] => columns.real(Word::StepV),
             self.per[0] => columns.real(Word::PerU),
             self.per[1] => columns.real(Word::PerV),
+            self.before[0] => columns.real(Word::BorderU),
+            self.before[1] => columns.real(Word::BorderV),
             self.code_at_start => columns.real(Word::Code),
             self.code_step => columns.real(Word::CodeStep),
             self.end => columns.real(Word::End),
@@ -215,7 +189,7 @@ impl<S: Simd> Packet<S> {
             self.first[axis] = filled.select(self.texel[axis], self.first[axis]);
             self.lit[axis] = filled.select(zero, self.lit[axis]);
         }
-        self.level = filled.select(index(simd, tree.start), self.level);
+        self.level = filled.select(index(simd, start), self.level);
         self.s = filled.select(zero, self.s);
         self.code = filled.select(clamped(simd, self.code_at_start), self.code);
         self.live |= filled;
@@ -225,19 +199,17 @@ impl<S: Simd> Packet<S> {
     /// Takes every lane to its next block, or a level down.
     #[inline(always)]
     fn step(&mut self, simd: S, tree: &TreeView<'_>, blocks: &mut Blocks, runs: &mut Runs) {
-        let (one, level) = (index(simd, 1), self.level);
-        let within = (one << level) - 1;
+        let level = self.level;
+        // 2^level − 1.
+        let within = index(simd, i32::MAX) >> (31 - level);
         // The last texel of the block, where the ray leaves it, on both axes.
         let last = [self.texel[0] | within, self.texel[1] | within];
         let borders = [self.border(&last, 0), self.border(&last, 1)];
         let end = borders[0].min(borders[1]).min(self.end);
 
         let column = (self.texel[0] ^ self.mirror[0]) >> level;
-        let row = ((self.texel[1] ^ self.mirror[1]) >> level) - (index(simd, 2 * tree.sides[1]) >> level);
-        let at = (row + 2 * (tree.sides[1] >> FINEST)) * index(simd, tree.pitch) + column;
-        let node = tree.fetch(simd, at);
-        let nearest: Reals<S> = (node & 0xFFFF).bitcast::<Indices<S>>().to_float();
-        let farthest: Reals<S> = (node >> 16).bitcast::<Indices<S>>().to_float();
+        let row = (self.texel[1] ^ self.mirror[1]) >> level;
+        let [nearest, farthest] = tree.fetch(simd, tree.places(simd, level, [column, row]));
         let code = clamped(simd, end.mul_add(self.code_step, self.code_at_start));
         let is_lit = self.live & self.code.max(code).simd_le(nearest);
         let is_dark = self.live & self.code.min(code).simd_ge(farthest);
@@ -277,7 +249,7 @@ impl<S: Simd> Packet<S> {
     #[inline(always)]
     fn border(&self, last: &[Indices<S>; 2], axis: usize) -> Reals<S> {
         let texels: Reals<S> = (last[axis] + 1 - self.first[axis]).to_float();
-        (texels - self.place[axis]) * self.per[axis]
+        texels.mul_add(self.per[axis], self.before[axis])
     }
 
     /// The texel at `end` on the axis that is not left: inside of the block, and not behind the one before.
@@ -289,12 +261,6 @@ impl<S: Simd> Packet<S> {
 }
 
 const NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
-
-/// A ray's code as it is compared with a node's.
-#[inline(always)]
-fn clamped<S: Simd>(simd: S, code: Reals<S>) -> Reals<S> {
-    code.max(real(simd, 0.5)).min(real(simd, LAST - 0.5))
-}
 
 /// For lists of segments: what follows the last one.
 pub const PADDING: [Segment; LANES] = [[0; LANES]; LANES];

@@ -50,6 +50,15 @@ pub struct MapPaths {
     pub step: [Wide; 3],
 }
 
+/// The rays at the corners of a block of pixels, in a map's space: what is affine in the pixel's place has its bounds there.
+#[derive(Debug, Clone, Copy)]
+pub struct Corners {
+    /// `[axis][corner]` at s = 0.
+    pub start: [[f64; 4]; 3],
+    /// A unit of s.
+    pub step: [[f64; 4]; 3],
+}
+
 impl RayFan {
     /// Of a camera.
     pub fn new(camera: &Camera) -> Self {
@@ -121,10 +130,39 @@ impl MapFan {
         paths
     }
 
-    /// Start and step of one pixel's ray.
-    pub fn path_of(&self, [x, y]: [u32; 2]) -> [DVec3; 2] {
-        let at = |affine: &Affine| affine[0] + (affine[1] * f64::from(x) + affine[2] * f64::from(y));
-        [at(&self.start), at(&self.step)]
+    /// The rays at the corners of a block of pixels: its first and its last one.
+    #[inline(always)]
+    pub fn corners(&self, first: [u32; 2], last: [u32; 2]) -> Corners {
+        let columns = [first[0], last[0], first[0], last[0]].map(f64::from);
+        let rows = [first[1], first[1], last[1], last[1]].map(f64::from);
+        let mut corners = Corners { start: [[0.0; 4]; 3], step: [[0.0; 4]; 3] };
+        for axis in 0..3 {
+            for corner in 0..4 {
+                let (column, row) = (columns[corner], rows[corner]);
+                let [at, by_column, by_row] = [self.start[0][axis], self.start[1][axis], self.start[2][axis]];
+                corners.start[axis][corner] = at + (by_column * column + by_row * row);
+                let [at, by_column, by_row] = [self.step[0][axis], self.step[1][axis], self.step[2][axis]];
+                corners.step[axis][corner] = at + (by_column * column + by_row * row);
+            }
+        }
+        corners
+    }
+
+    /// Whether all rays of a block, up to s = `end`, lie inside of the map's rectangle, and before the centre of a
+    /// perspective map. What decides is linear in s and in the pixel's place each, so it decides at the corners. False
+    /// where it is not known.
+    #[inline(always)]
+    pub fn holds(&self, corners: &Corners, end: f64) -> bool {
+        let mut inside = true;
+        for s in [0.0, end] {
+            for corner in 0..4 {
+                let at = |axis: usize| corners.start[axis][corner] + s * corners.step[axis][corner];
+                let (u, v, w) = (at(0), at(1), if self.perspective { at(2) } else { 1.0 });
+                inside &=
+                    (u >= 0.0) & (u < self.size[0] * w) & (v >= 0.0) & (v < self.size[1] * w) & (w > 0.0);
+            }
+        }
+        inside
     }
 
     /// The parts `[from, to]` of rays that lie inside of the map's rectangle, and before the centre of a perspective map:
@@ -158,8 +196,20 @@ pub fn clip_by(value: &Wide, slope: &Wide, open: bool, from: &mut Wide, to: &mut
         let crossing = -value / slope;
         let outside = if open { value <= 0.0 } else { value < 0.0 };
         let (first, last) = (from[lane], to[lane]);
-        from[lane] = if slope > 0.0 { first.max(crossing) } else { first };
-        let reached = if slope < 0.0 { last.min(crossing) } else { last };
+        from[lane] = if slope > 0.0 { greater(first, crossing) } else { first };
+        let reached = if slope < 0.0 { lesser(last, crossing) } else { last };
         to[lane] = if slope == 0.0 && outside { f64::NEG_INFINITY } else { reached };
     }
+}
+
+/// The lesser of two numbers, the first one if either is NaN: one instruction, where `f64::min` is three.
+#[inline(always)]
+pub fn lesser(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+/// The greater of two numbers, the first one if either is NaN.
+#[inline(always)]
+pub fn greater(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
 }

@@ -49,10 +49,18 @@ pub enum Word {
     Depth,
     DepthRest,
     PerDepth,
+    /// s at the border before the first texel, ≤ 0: column's, row's.
+    BorderU,
+    BorderV,
+}
+
+/// What the pixel of a segment adds up, as runs read it: less than a segment, so that a tile's fit the innermost cache.
+#[derive(Debug, Clone, Copy)]
+pub struct Start {
     /// The pixel's number in its tile.
-    Pixel,
-    /// The camera's depth at the start.
-    Base,
+    pub pixel: u32,
+    /// The camera's depth at the segment's start.
+    pub depth: f32,
 }
 
 /// Sixteen segments side by side, a vector a word.

@@ -9,9 +9,12 @@ use fearless_simd::{Simd, u32x16};
 
 use super::lanes::transpose;
 use super::layers::LayerTrees;
-use super::ray_fan::{GROUP, LANES, MapFan, MapPaths, RayFan, Wide, clip_by, place_in_group};
-use super::segment::{Segment, Word};
-use super::slabs::{BlockBounds, Kind, Slabs};
+use super::ray_fan::{
+    GROUP, LANES, MapFan, MapPaths, RayFan, Wide, clip_by, greater, lesser, place_in_group,
+};
+use super::segment::{Segment, Start, Word};
+use super::slabs::{Kind, SlabView, Slabs};
+use super::tree_view::TreeView;
 use crate::depth_codes::DepthCodes;
 
 /// Largest code that a segment may have at either end: beyond it its rounding in f32 is more than the margin of the nodes.
@@ -56,12 +59,15 @@ pub struct Leftover {
 /// Groups of a block of 8×8 pixels, one under the other.
 pub const GROUPS: usize = 4;
 
-/// Sixteen rays in one layer, and between which depths of the camera they are inside of it.
+/// A group of the block that is being looked at, in one layer: between which depths of the camera its rays are inside of it.
+type Crossing = [Wide; 2];
+
+/// A block in one layer.
 #[derive(Debug, Clone, Copy)]
-struct Crossing {
-    paths: MapPaths,
-    from: Wide,
-    to: Wide,
+struct BlockInLayer {
+    /// Whether all its rays are inside from the eye to their ends; if not, its groups have [`Crossing`]s.
+    whole: bool,
+    slabs: Slabs,
 }
 
 /// Where the set-up puts what it finds; buffers are reused.
@@ -69,13 +75,18 @@ struct Crossing {
 pub struct Found {
     /// Segments of each layer.
     pub segments: Vec<Vec<Segment>>,
-    /// The camera's depth at the start of each, in f64: near a lamp f32 is too coarse.
+    /// Their pixels, and the camera's depth where each starts.
+    pub starts: Vec<Vec<Start>>,
+    /// That depth in f64: near a lamp f32 is too coarse.
     pub bases: Vec<Vec<f64>>,
     /// What goes the long way.
     pub leftovers: Vec<Leftover>,
-    /// Of the block that is being cut: `[layer][group]`, and `[layer]`.
-    crossings: Vec<Crossing>,
-    slabs: Vec<Slabs>,
+    /// Stretches that are lit as a whole, of the group that was cut last.
+    pub lit: Vec<Stretch>,
+    /// Where the block that is being cut is, `[layer]` and `[layer][group]`.
+    place: [u32; 2],
+    blocks: Vec<BlockInLayer>,
+    crossings: Vec<[Crossing; GROUPS]>,
     /// What is not covered yet, and what will be.
     open: Vec<Stretch>,
     next: Vec<Stretch>,
@@ -102,35 +113,17 @@ impl LayerFan {
     }
 }
 
-impl LayerFan {
-    /// Bounds of the rays of a block of pixels, first and last one: affine functions have them at the corners.
-    #[inline(always)]
-    fn bounds(&self, first: [u32; 2], last: [u32; 2]) -> BlockBounds {
-        let corners = [first, [last[0], first[1]], [first[0], last[1]], last];
-        let mut bounds = BlockBounds {
-            start: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
-            step: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
-        };
-        for corner in corners {
-            let [start, step] = self.fan.path_of(corner);
-            let codes = self.codes.of_ray([start.z, step.z]);
-            let values = [[start.x, step.x], [start.y, step.y], codes];
-            for (axis, [start, step]) in values.into_iter().enumerate() {
-                for (bound, value) in [(&mut bounds.start[axis], start), (&mut bounds.step[axis], step)] {
-                    *bound = [bound[0].min(value), bound[1].max(value)];
-                }
-            }
-        }
-        bounds
-    }
-}
-
 impl Found {
     /// Empties all lists, for a tile of that many pixels. Leaves room for twice as many segments a layer: which worker
     /// gets which tile is chance, and the second frame should allocate nothing.
     pub fn clear(&mut self, layers: usize, pixels: usize) {
         self.segments.resize_with(layers, Vec::new);
+        self.starts.resize_with(layers, Vec::new);
         self.bases.resize_with(layers, Vec::new);
+        for starts in &mut self.starts {
+            starts.clear();
+            starts.reserve(2 * pixels);
+        }
         for bases in &mut self.bases {
             bases.clear();
             bases.reserve(2 * pixels);
@@ -141,44 +134,70 @@ impl Found {
         }
         self.leftovers.clear();
         self.leftovers.reserve(pixels);
-        for stretches in [&mut self.open, &mut self.next] {
+        for stretches in [&mut self.open, &mut self.next, &mut self.lit] {
             stretches.clear();
             stretches.reserve(MOST_STRETCHES);
         }
     }
 
-    /// Looks at the block of 8×8 pixels from `(x, y)` on as a whole: where its rays, which end at `ends`, are inside of
-    /// each layer, and which slabs of them are lit or dark.
+    /// Looks at the block of 8×8 pixels from `place` on as a whole: where its rays, which end at `ends`, are inside of
+    /// each layer, and which slabs of them are lit or dark. `whole_intervals`: lit intervals are dear, and must not be cut at slabs.
     #[inline(always)]
-    pub fn look(&mut self, layers: &[LayerFan], trees: &LayerTrees, [x, y]: [u32; 2], ends: &[Wide; GROUPS]) {
-        self.crossings.clear();
-        self.slabs.clear();
-        for (layer, tree) in layers.iter().zip(trees.trees()) {
-            let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
-            for (group, ends) in ends.iter().enumerate() {
-                let paths = layer.fan.paths([x, y + GROUP[1] * group as u32]);
-                let mut crossing = Crossing { paths, from: [0.0; LANES], to: *ends };
-                layer.fan.clip(&crossing.paths, &mut crossing.from, &mut crossing.to);
-                for lane in 0..LANES {
-                    let (from, to) = (crossing.from[lane], crossing.to[lane]);
-                    let crosses = from < to;
-                    first = first.min(if crosses { from } else { f64::INFINITY });
-                    last = last.max(if crosses { to } else { f64::NEG_INFINITY });
-                }
-                self.crossings.push(crossing);
+    pub fn look<S: Simd>(
+        &mut self,
+        simd: S,
+        (layers, trees): (&[LayerFan], &LayerTrees),
+        place: [u32; 2],
+        ends: &[Wide; GROUPS],
+        whole_intervals: bool,
+    ) {
+        self.place = place;
+        self.blocks.clear();
+        self.crossings.resize(layers.len(), [[[0.0; LANES]; 2]; GROUPS]);
+        let mut farthest = [0.0; LANES];
+        for ends in ends {
+            for lane in 0..LANES {
+                farthest[lane] = greater(farthest[lane], ends[lane]);
             }
-            let slabs = if layer.perspective || !(first < last) {
-                Slabs::UNKNOWN
+        }
+        let end = farthest.into_iter().fold(0.0, greater);
+        let [x, y] = place;
+        let corner = [x + GROUP[0] - 1, y + GROUP[1] * GROUPS as u32 - 1];
+        for ((layer, tree), crossings) in layers.iter().zip(trees.trees()).zip(&mut self.crossings) {
+            let corners = layer.fan.corners(place, corner);
+            let whole = layer.fan.holds(&corners, end);
+            let mut range = [0.0, end];
+            if !whole {
+                let (mut first, mut last) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+                for (group, ([from, to], ends)) in crossings.iter_mut().zip(ends).enumerate() {
+                    (*from, *to) = ([0.0; LANES], *ends);
+                    layer.fan.clip(&layer.fan.paths([x, y + GROUP[1] * group as u32]), from, to);
+                    for lane in 0..LANES {
+                        let crosses = from[lane] < to[lane];
+                        first[lane] = lesser(first[lane], if crosses { from[lane] } else { f64::INFINITY });
+                        last[lane] = greater(last[lane], if crosses { to[lane] } else { f64::NEG_INFINITY });
+                    }
+                }
+                range = [first.into_iter().fold(f64::INFINITY, lesser), last.into_iter().fold(0.0, greater)];
+            }
+            let slabs = if range[0] < range[1] {
+                let view = SlabView {
+                    tree: TreeView::new(tree),
+                    size: layer.size,
+                    codes: layer.codes,
+                    perspective: layer.perspective,
+                };
+                Slabs::of(simd, &view, &corners, range)
             } else {
-                let corner = [x + GROUP[0] - 1, y + GROUP[1] * GROUPS as u32 - 1];
-                Slabs::of(tree, layer.size, &layer.bounds([x, y], corner), [first, last])
+                Slabs::UNKNOWN
             };
-            self.slabs.push(slabs);
+            let slabs = if whole_intervals { slabs.with_whole_intervals() } else { slabs };
+            self.blocks.push(BlockInLayer { whole, slabs });
         }
     }
 
     /// Cuts the rays of a group of the block that was looked at last, whose pixels have these numbers in the tile, from the
-    /// eye to `ends` (0 where there is no pixel), and calls `lit` for stretches that are lit as a whole.
+    /// eye to `ends` (0 where there is no pixel). What is lit as a whole is in [`Self::lit`] then.
     #[inline(always)]
     pub fn cut<S: Simd>(
         &mut self,
@@ -187,70 +206,80 @@ impl Found {
         group: usize,
         pixels: &[u32; LANES],
         ends: &Wide,
-        mut lit: impl FnMut(&Stretch),
     ) {
+        self.lit.clear();
         self.open.clear();
         self.open.push([[0.0; LANES], *ends]);
         for (index, layer) in layers.iter().enumerate() {
-            let Crossing { paths, from, to } = &self.crossings[GROUPS * index + group];
+            let BlockInLayer { whole, slabs } = self.blocks[index];
+            let [from, to] = &self.crossings[index][group];
             let mut sink = Sink {
                 segments: &mut self.segments[index],
+                starts: &mut self.starts[index],
                 bases: &mut self.bases[index],
                 leftovers: &mut self.leftovers,
                 layer,
                 index,
-                paths,
+                place: [self.place[0], self.place[1] + GROUP[1] * group as u32],
                 pixels,
             };
             self.next.clear();
             for open in &self.open {
-                let (mut inside, mut before, mut behind) = (*open, *open, *open);
-                for lane in 0..LANES {
-                    let crosses = from[lane] < to[lane];
-                    let (a, b) = (open[0][lane], open[1][lane]);
-                    // Of a ray that does not cross the layer all is before it.
-                    let (first, last) = if crosses { (from[lane], to[lane]) } else { (b, b) };
-                    inside[0][lane] = first.max(a);
-                    inside[1][lane] = last.min(b);
-                    before[1][lane] = first.min(b);
-                    behind[0][lane] = last.max(a);
-                }
-                if is_any(&inside) {
-                    for (kind, start, end) in self.slabs[index].iter() {
-                        if kind == Kind::Dark {
-                            continue;
-                        }
-                        let mut part = inside;
-                        let [from, to] = &mut part;
-                        for (from, to) in from.iter_mut().zip(to) {
-                            (*from, *to) = (from.max(start), to.min(end));
-                        }
-                        match kind {
-                            _ if !is_any(&part) => {}
-                            Kind::Lit => lit(&part),
-                            _ => sink.add(simd, &part),
+                let mut inside = *open;
+                if !whole {
+                    let (mut before, mut behind) = (*open, *open);
+                    for lane in 0..LANES {
+                        let crosses = from[lane] < to[lane];
+                        let (a, b) = (open[0][lane], open[1][lane]);
+                        // Of a ray that does not cross the layer all is before it.
+                        let (first, last) = if crosses { (from[lane], to[lane]) } else { (b, b) };
+                        inside[0][lane] = greater(first, a);
+                        inside[1][lane] = lesser(last, b);
+                        before[1][lane] = lesser(first, b);
+                        behind[0][lane] = greater(last, a);
+                    }
+                    for rest in [before, behind] {
+                        if is_any(&rest) {
+                            self.next.push(rest);
                         }
                     }
+                    if !is_any(&inside) {
+                        continue;
+                    }
                 }
-                for rest in [before, behind] {
-                    if is_any(&rest) {
-                        self.next.push(rest);
+                for (kind, start, end) in slabs.iter() {
+                    if kind == Kind::Dark {
+                        continue;
+                    }
+                    let mut part = inside;
+                    for lane in 0..LANES {
+                        part[0][lane] = greater(part[0][lane], start);
+                        part[1][lane] = lesser(part[1][lane], end);
+                    }
+                    if is_any(&part) {
+                        if kind == Kind::Lit {
+                            self.lit.push(part);
+                        } else {
+                            sink.add(simd, &part);
+                        }
                     }
                 }
             }
             std::mem::swap(&mut self.open, &mut self.next);
         }
-        self.open.iter().for_each(&mut lit);
+        self.lit.extend_from_slice(&self.open);
     }
 
     /// Bytes that the lists hold.
     pub fn memory_bytes(&self) -> u64 {
         let segments = self.segments.iter().map(|list| list.capacity() * size_of::<Segment>()).sum::<usize>();
-        let lists = 2 * self.segments.capacity() * size_of::<Vec<Segment>>()
+        let lists = 3 * self.segments.capacity() * size_of::<Vec<Segment>>()
+            + self.starts.iter().map(|list| list.capacity() * size_of::<Start>()).sum::<usize>()
             + self.bases.iter().map(|list| list.capacity() * size_of::<f64>()).sum::<usize>();
-        let stretches = (self.open.capacity() + self.next.capacity()) * size_of::<Stretch>();
-        let block =
-            self.crossings.capacity() * size_of::<Crossing>() + self.slabs.capacity() * size_of::<Slabs>();
+        let stretches =
+            (self.open.capacity() + self.next.capacity() + self.lit.capacity()) * size_of::<Stretch>();
+        let block = self.crossings.capacity() * size_of::<[Crossing; GROUPS]>()
+            + self.blocks.capacity() * size_of::<BlockInLayer>();
         (segments + lists + stretches + block + self.leftovers.capacity() * size_of::<Leftover>()) as u64
     }
 }
@@ -258,11 +287,13 @@ impl Found {
 /// Where the segments of a group in one layer go.
 struct Sink<'a> {
     segments: &'a mut Vec<Segment>,
+    starts: &'a mut Vec<Start>,
     bases: &'a mut Vec<f64>,
     leftovers: &'a mut Vec<Leftover>,
     layer: &'a LayerFan,
     index: usize,
-    paths: &'a MapPaths,
+    /// The group's first pixel in the image.
+    place: [u32; 2],
     pixels: &'a [u32; LANES],
 }
 
@@ -271,11 +302,12 @@ impl Sink<'_> {
     #[inline(always)]
     fn add<S: Simd>(&mut self, simd: S, stretch: &Stretch) {
         let layer = self.layer;
+        let paths = &layer.fan.paths(self.place);
         if !layer.perspective {
-            return self.write(simd, stretch, Some(&layer.codes));
+            return self.write(simd, paths, stretch, Some(&layer.codes));
         }
         // What is nearer to the lamp than the codes reach is a segment of its own, without codes.
-        let (depth, step) = (&self.paths.start[2], &self.paths.step[2]);
+        let (depth, step) = (&paths.start[2], &paths.step[2]);
         let (mut above, mut below, mut below_step) = (*depth, *depth, *step);
         for lane in 0..LANES {
             above[lane] = depth[lane] - layer.nearest;
@@ -288,18 +320,24 @@ impl Sink<'_> {
         let [from, to] = &mut near;
         clip_by(&below, &below_step, true, from, to);
         if is_any(&far) {
-            self.write(simd, &far, Some(&layer.codes));
+            self.write(simd, paths, &far, Some(&layer.codes));
         }
         if is_any(&near) {
-            self.write(simd, &near, None);
+            self.write(simd, paths, &near, None);
         }
     }
 
     /// Writes down the segments of the rays that have a part of the stretch. Loops over lanes without a branch, word by
     /// word, then a transposition: a segment is a row.
     #[inline(always)]
-    fn write<S: Simd>(&mut self, simd: S, [from, to]: &Stretch, codes: Option<&DepthCodes>) {
-        let Self { layer, paths, pixels, .. } = *self;
+    fn write<S: Simd>(
+        &mut self,
+        simd: S,
+        paths: &MapPaths,
+        [from, to]: &Stretch,
+        codes: Option<&DepthCodes>,
+    ) {
+        let Self { layer, pixels, .. } = *self;
         let zero = [0.0; LANES];
         // Depth, code and end; what u and v are divided by, and how the divisor bends their steps.
         let (mut depth, mut code, mut rate, mut end, mut inverse, mut shear) =
@@ -333,8 +371,8 @@ impl Sink<'_> {
         for axis in 0..2 {
             let (size, side) = (f64::from(layer.size[axis]), f64::from(layer.sides[axis]));
             let (start, step) = (&paths.start[axis], &paths.step[axis]);
-            let [place_word, step_word, per_word] =
-                [Word::PlaceU, Word::StepU, Word::PerU].map(|word| word as usize + axis);
+            let [place_word, step_word, per_word, border_word] =
+                [Word::PlaceU, Word::StepU, Word::PerU, Word::BorderU].map(|word| word as usize + axis);
             for lane in 0..LANES {
                 let u = (start[lane] + from[lane] * step[lane]) * inverse[lane];
                 let slope = step[lane] - u * shear[lane];
@@ -355,6 +393,7 @@ impl Sink<'_> {
                 words[place_word][lane] = bits(place);
                 words[step_word][lane] = bits(slope.min(STEEPEST));
                 words[per_word][lane] = bits(per);
+                words[border_word][lane] = bits(-place * per);
                 holds[lane] &= (at.abs() <= STEEPEST) & (slope <= STEEPEST);
             }
         }
@@ -366,8 +405,6 @@ impl Sink<'_> {
             words[Word::Depth as usize][lane] = bits(rounded);
             words[Word::DepthRest as usize][lane] = bits(depth[lane] - rounded);
             words[Word::PerDepth as usize][lane] = bits((1.0 / depth_step[lane]).clamp(-STEEPEST, STEEPEST));
-            words[Word::Pixel as usize][lane] = pixels[lane];
-            words[Word::Base as usize][lane] = bits(from[lane]);
         }
         let mut rows = [u32x16::splat(simd, 0); LANES];
         for (row, word) in rows.iter_mut().zip(&words) {
@@ -378,6 +415,7 @@ impl Sink<'_> {
             if from[lane] < to[lane] {
                 if holds[lane] {
                     self.segments.push(rows[lane].to_array());
+                    self.starts.push(Start { pixel: pixels[lane], depth: from[lane] as f32 });
                     self.bases.push(from[lane]);
                 } else {
                     let (pixel, part) = (pixels[lane], [from[lane], to[lane]]);

@@ -101,8 +101,8 @@ struct Group<S: Simd> {
     texel: [Indices<S>; 2],
     first: [Indices<S>; 2],
     mirror: [Indices<S>; 2],
-    place: [Reals<S>; 2],
     per: [Reals<S>; 2],
+    before: [Reals<S>; 2],
     depth: Reals<S>,
     depth_rest: Reals<S>,
     per_depth: Reals<S>,
@@ -127,8 +127,8 @@ impl<S: Simd> Group<S> {
             texel: [(texel & 0xFFFF).bitcast(), (texel >> 16).bitcast()],
             first: columns.pair(Word::Texel),
             mirror: columns.pair(Word::Mirror),
-            place: [columns.real(Word::PlaceU), columns.real(Word::PlaceV)],
             per: [columns.real(Word::PerU), columns.real(Word::PerV)],
+            before: [columns.real(Word::BorderU), columns.real(Word::BorderV)],
             depth: columns.real(Word::Depth),
             depth_rest: columns.real(Word::DepthRest),
             per_depth,
@@ -143,7 +143,7 @@ impl<S: Simd> Group<S> {
     #[inline(always)]
     fn border(&self, axis: usize) -> Reals<S> {
         let texels: Reals<S> = (self.texel[axis] + 1 - self.first[axis]).to_float();
-        (texels - self.place[axis]) * self.per[axis]
+        texels.mul_add(self.per[axis], self.before[axis])
     }
 
     #[inline(always)]

@@ -11,25 +11,28 @@
 //! All that a tile needs stays in the innermost caches, and no tile knows of another: threads change no bit.
 
 use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 use scatter_core::{Frame, Light, RayLanes, SunIntegralF32, transmittances_of_pixels_f32};
 
 use super::descent::{Looks, lit_stretches};
 use super::integrate::{Integrand, TileSums};
+use super::lanes::{Reals, real};
 use super::layers::LayerTrees;
-use super::packets::{PADDING, Packets, TreeView};
+use super::packets::{PADDING, Packets};
 use super::queues::{Blocks, Runs};
 use super::ray_fan::{GROUP, LANES, RayFan};
 use super::set_up::{Found, GROUPS, LayerFan, numbers_in_tile};
 use super::texels::{TexelView, look_closely};
+use super::tree_view::TreeView;
 
 /// Pixels of a tile: segments of one are about a hundred kilobytes. Smaller tiles end more often with lanes that idle.
 pub const TILE: [u32; 2] = [64, 32];
 
 /// Where packets enter the mipmap of a perspective map: 512×512 texels.
-const START_LEVEL: u32 = 9;
+const START_LEVEL: i32 = 9;
 
 /// Where they enter that of a parallel map, whose slabs have been looked at: 64×64 texels.
-const START_LEVEL_OF_SLABS: u32 = 6;
+const START_LEVEL_OF_SLABS: i32 = 6;
 
 /// What all tiles of a frame read.
 pub struct Scene<'a> {
@@ -83,13 +86,16 @@ impl TileWork {
         // Whole tiles, whatever the image leaves of them: buffers of one size, and lanes that need no end.
         let pixels = (TILE[0] * TILE[1]) as usize;
         self.sums.clear(origin, TILE[0], pixels);
+        if !matches!(scene.integrand, Integrand::Lengths { .. }) {
+            self.sums.lay_rays(scene.frame.camera());
+        }
         self.found.clear(scene.layers.len(), pixels);
         self.set_up(simd, scene, size);
         for index in 0..scene.layers.len() {
             self.traverse(simd, scene, index);
         }
         self.walk_leftovers(scene);
-        self.shade(scene, size, rows);
+        self.shade(simd, scene, size, rows);
     }
 
     /// Cuts the tile's rays by the layers.
@@ -97,6 +103,7 @@ impl TileWork {
     fn set_up<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, size: [u32; 2]) {
         let Self { found, sums, lit_runs, .. } = self;
         let (frame, limit) = (scene.frame, scene.frame.max_distance());
+        let whole_intervals = !matches!(scene.integrand, Integrand::Lengths { .. });
         let width = frame.size()[0] as usize;
         for y in (0..size[1]).step_by(GROUP[1] as usize * GROUPS) {
             for x in (0..size[0]).step_by(GROUP[0] as usize) {
@@ -122,20 +129,20 @@ impl TileWork {
                         }
                     }
                 }
-                found.look(scene.layers, scene.trees, place, &ends);
+                found.look(simd, (scene.layers, scene.trees), place, &ends, whole_intervals);
                 for (group, ends) in ends.iter().enumerate() {
                     let pixels = numbers_in_tile(TILE[0], [x, y + group as u32 * GROUP[1]]);
-                    found.cut(simd, scene.layers, group, &pixels, ends, |[from, to]| {
+                    found.cut(simd, scene.layers, group, &pixels, ends);
+                    for [from, to] in &found.lit {
                         let (mut starts, mut lengths) = ([0.0f32; LANES], [0.0f32; LANES]);
                         for lane in 0..LANES {
-                            if from[lane] < to[lane] {
-                                starts[lane] = from[lane] as f32;
-                                lengths[lane] = (to[lane] - from[lane]) as f32;
-                            }
+                            let crosses = from[lane] < to[lane];
+                            starts[lane] = if crosses { from[lane] as f32 } else { 0.0 };
+                            lengths[lane] = if crosses { (to[lane] - from[lane]) as f32 } else { 0.0 };
                         }
                         *lit_runs += LANES as u64;
                         scene.integrand.add(simd, frame, &pixels, &starts, &lengths, LANES, sums);
-                    });
+                    }
                 }
             }
         }
@@ -149,7 +156,8 @@ impl TileWork {
         else {
             return;
         };
-        let (segments, bases) = (&mut found.segments[index], &found.bases[index]);
+        let (segments, starts, bases) =
+            (&mut found.segments[index], &found.starts[index], &found.bases[index]);
         let count = segments.len();
         if count == 0 {
             return;
@@ -158,15 +166,20 @@ impl TileWork {
         segments.extend_from_slice(&PADDING);
         let perspective = layer.projection().is_perspective();
         let start = if perspective { START_LEVEL } else { START_LEVEL_OF_SLABS };
-        let (tree_view, texel_view) = (TreeView::new(tree, start), TexelView::new(&layer, tree.sides()));
-        let mut packets = Packets::new(simd);
+        let (tree_view, texel_view) = (TreeView::new(tree), TexelView::new(&layer, tree.sides()));
+        let mut packets = Packets::new(simd, start.min(tree_view.coarsest));
         loop {
             let through = packets.advance(simd, &tree_view, segments, count, (blocks, runs));
             let mut at = 0;
             loop {
                 at = look_closely(simd, &texel_view, segments, blocks, at, runs, &mut looks.texels);
                 *lit_runs += runs.len() as u64;
-                scene.integrand.add_runs(simd, scene.frame, (runs, segments, bases, perspective), sums);
+                scene.integrand.add_runs(
+                    simd,
+                    scene.frame,
+                    (runs, segments, starts, bases, perspective),
+                    sums,
+                );
                 runs.clear();
                 if at >= blocks.len() {
                     break;
@@ -205,8 +218,9 @@ impl TileWork {
 
     /// Writes the tile's pixels.
     #[inline(always)]
-    fn shade(
+    fn shade<S: Simd>(
         &mut self,
+        simd: S,
         scene: &Scene<'_>,
         size: [u32; 2],
         (inscattered, transmittance): (&mut [[f32; 3]], &mut [[f32; 3]]),
@@ -226,28 +240,28 @@ impl TileWork {
                 let count = (size[0] - column).min(RayLanes::COUNT as u32) as usize;
                 let first = row as usize * width + place[0] as usize;
                 let tile_first = (row * TILE[0] + column) as usize;
-                let mut ends = [0.0f32; LANES];
                 let texels =
                     &frame.depth().texels()[place[1] as usize * width + place[0] as usize..][..count];
-                for (end, &depth) in ends.iter_mut().zip(texels) {
-                    *end = f64::from(depth).min(limit) as f32;
+                let mut ends = [0.0f32; LANES];
+                match texels.first_chunk() {
+                    Some(whole) => ends = *whole,
+                    None => ends[..count].copy_from_slice(texels),
                 }
+                // Rounding keeps order, so that this is the lesser one rounded.
+                let ends = Reals::load_array(simd, ends).min(real(simd, limit as f32)).to_array();
                 let through = transmittances_of_pixels_f32(frame.setup(), (place[0], place[1]), &ends);
                 let mut radiance = [[1.0f32; LANES]; 3];
                 if let Some(sun) = &sun {
                     radiance = sun.source_of_pixels(place[0], place[1]);
                 }
+                let mut stretch = real(simd, 1.0);
+                if sun.is_some() {
+                    stretch = Reals::from_slice(simd, &sums.stretch[tile_first..][..LANES]);
+                }
                 for (channel, values) in radiance.iter_mut().enumerate() {
                     let sum = &sums.channels[if same { 0 } else { channel }][tile_first..][..LANES];
-                    for lane in 0..LANES {
-                        values[lane] *= sum[lane];
-                    }
-                    if sun.is_some() {
-                        let stretch = &sums.stretch[tile_first..][..LANES];
-                        for lane in 0..LANES {
-                            values[lane] *= stretch[lane];
-                        }
-                    }
+                    let source = Reals::load_array_ref(simd, values);
+                    *values = (source * Reals::from_slice(simd, sum) * stretch).to_array();
                 }
                 write_pixels(&radiance, &mut inscattered[first..][..count]);
                 write_pixels(&through, &mut transmittance[first..][..count]);
@@ -269,6 +283,12 @@ impl TileWork {
 #[inline(always)]
 fn write_pixels(channels: &[[f32; LANES]; 3], pixels: &mut [[f32; 3]]) {
     let [red, green, blue] = channels;
+    if let Some(pixels) = pixels.first_chunk_mut::<LANES>() {
+        for lane in 0..LANES {
+            pixels[lane] = [red[lane], green[lane], blue[lane]];
+        }
+        return;
+    }
     for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
         *pixel = [*red, *green, *blue];
     }
