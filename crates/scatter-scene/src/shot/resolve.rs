@@ -82,7 +82,57 @@ pub(super) fn with_mesh(
     let (camera, max_distance) = match (partial.camera, &text.camera) {
         (Some(camera), _) => camera,
         (None, Named::Gltf(name)) => {
-            let radius = |key: &str, value: Option<f64>| {
+            let size = text.resolution.unwrap_or(DEFAULT_RESOLUTION);
+            let camera = picked_camera(&scene, Some(name), &document.place("camera"), size)?;
+            let max_distance = match text.max_distance {
+                Some(distance) => distance,
+                None => diagonal(&scene, &document.place("camera"))?,
+            };
+            (camera, max_distance)
+        }
+        (None, Named::Inline(_)) => unreachable!("an inline camera was resolved before"),
+    };
+    let light = match (partial.light, &text.light) {
+        (Some(light), _) => light,
+        (None, Named::Gltf(name)) => {
+            ShotLight { light: picked_light(&scene, Some(name), &document.place("light"))?, texture: None }
+        }
+        (None, Named::Inline(_)) => unreachable!("an inline light was resolved before"),
+    };
+    let mut lights = vec![light];
+    lights.extend(partial.further);
+    for (i, light) in lights.iter().enumerate() {
+        let key = if i == 0 { "light".to_owned() } else { format!("lights[{}]", i - 1) };
+        check_apart(&camera, &light.light, &document.place(&key))?;
+    }
+    let mut notes = partial.notes;
+    for (table, is_given, found) in [
+        ("particles", text.particles.is_some(), !scene.particles.is_empty()),
+        ("strands", text.strands.is_some(), !scene.strands.is_empty()),
+    ] {
+        if is_given && !found {
+            notes.push(format!("{} has nothing to act on: the mesh has none", document.place(table)));
+        }
+    }
+    notes.extend(scene.notes.iter().cloned());
+    Ok(Shot { name: String::new(), camera, lights, medium: partial.medium, max_distance, scene, notes })
+}
+
+/// A mesh as a shot of its own.
+pub(super) fn bare_shot(scene: Scene) -> Checked<Shot> {
+    let camera = picked_camera(&scene, None, "", DEFAULT_RESOLUTION)?;
+    let light = picked_light(&scene, None, "")?;
+    check_apart(&camera, &light, "")?;
+    let max_distance = diagonal(&scene, "")?;
+    let medium = Medium::homogeneous([BARE_OPTICAL_DEPTH / max_distance; 3], [0.0; 3], Phase::Isotropic)
+        .map_err(|error| fault_at(String::new(), &error))?;
+    let notes = scene.notes.clone();
+    let lights = vec![ShotLight { light, texture: None }];
+    Ok(Shot { name: String::new(), camera, lights, medium, max_distance, scene, notes })
+}
+
+fn occluder_values(document: &Document<'_>, text: &ShotText) -> Checked<OccluderValues> {
+    let radius = |key: &str, value: Option<f64>| {
         let place = || document.place(key);
         value.map(|value| checked_radius(value, || "the value".to_owned(), place)).transpose()
     };
