@@ -8,7 +8,7 @@ use scatter_core::{Quality, Target};
 use scatter_scene::{builtin_shots, export, load_shot};
 use scatter_validate::measure::{Outcome, Renderer, measure};
 use scatter_validate::staged_shot::resized;
-use scatter_validate::truths::ray_cast_truth;
+use scatter_validate::truths::raycast_truth;
 use scatter_validate::{Labelled, StagedShot, compare};
 
 /// A picture of odd sides, which no band of rows fits.
@@ -26,7 +26,7 @@ fn judged(path: &Path, overrides: &[(&str, &str)], most: f64) -> (String, bool) 
     let mut shot = load_shot(path).unwrap();
     shot.camera = resized(&shot.camera, SIZE).unwrap();
     let staged = StagedShot::new(shot, MAP).unwrap();
-    let truth = ray_cast_truth(&staged).unwrap();
+    let truth = raycast_truth(&staged).unwrap();
     let target = Target::Quality(Quality::Game);
     let mut renderer = Renderer::configured(&avsm::TECHNIQUE, target, overrides, &staged).unwrap().unwrap();
     let Outcome::Measured(found) = measure(&staged, &mut renderer, 1).unwrap() else {

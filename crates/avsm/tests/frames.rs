@@ -5,8 +5,8 @@ use avsm::{Avsm, Between, Curve, Moments, Nodes, Opaque, Options};
 use glam::DVec3;
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{
-    Frame, HeightFalloff, MapError, MapProjection, RayLight, ScatterImage, Translucent, TranslucentLayer,
-    TranslucentSegment, TranslucentSource, VolumetricShadow, walked_radiance,
+    Frame, HeightFalloff, Level, MapError, MapProjection, RayLight, ScatterImage, Translucent,
+    TranslucentLayer, TranslucentSegment, TranslucentSource, VolumetricShadow, walked_radiance,
 };
 use scatter_testing::{Filling, MapKind, OwnedFrame, Random, Recipe, coloured_medium, differing};
 
@@ -221,11 +221,17 @@ fn exact_curves_are_what_short_steps_say() {
     frames_with_smoke(|frame, layers, what| {
         let smoke = Translucent::Captured(layers);
         let dimmed = frame.with_translucent(&smoke).unwrap();
-        for (curve, between) in [(Curve::Uncompressed, Between::Exponential), (Curve::Deep, Between::Linear)]
-        {
-            let options = Options { curve, between, threshold: 1e-5, ..Options::default() };
+        // Sixteen nodes lose none of up to six segments: lanes of every instruction set.
+        for (curve, between, simd) in [
+            (Curve::Uncompressed, Between::Exponential, Level::new()),
+            (Curve::Deep, Between::Linear, Level::new()),
+            (Curve::Avsm, Between::Exponential, Level::new()),
+            (Curve::Avsm, Between::Exponential, Level::baseline()),
+        ] {
+            let nodes = Nodes::Sixteen;
+            let options = Options { curve, between, nodes, threshold: 1e-5, ..Options::default() };
             let mut image = ScatterImage::new();
-            Avsm::new(options).render(&dimmed, &mut image).unwrap();
+            Avsm::with_simd(options, simd).render(&dimmed, &mut image).unwrap();
             for (x, y) in [(0, 0), (3, 1), (1, 2)] {
                 let expected = stepped(&dimmed, layers, [x, y], STEPS);
                 let whole = RayLight::new(
@@ -279,7 +285,7 @@ fn compressed_curves_are_near_the_exact_ones() {
     println!("mean error, avsm 4 8 12 16, opacity, Fourier, moments 8: {sums:.4?}");
     // At most 12 nodes a texel, so 12 and 16 lose none: what is left is the parabola of a light over texels as large as these.
     assert!(sums[0] < 0.05 && sums[1] < 0.01 && sums[1] < sums[0], "{sums:?}");
-    assert!(sums[2] < 2e-4 && sums[3] < 2e-4, "{sums:?}");
+    assert!(sums[2] < 5e-5 && sums[3] < 5e-5, "{sums:?}");
     assert!(sums[4] < 0.05 && sums[5] < 0.05 && sums[6] < 0.1, "{sums:?}");
 }
 
