@@ -108,10 +108,10 @@ pub fn mean_under_sun<const N: usize>(
         if crossing.is_along { (0.0, optical_depth) } else { (optical_depth, -optical_depth) };
     let mut total = 0.0;
     let mut means = [0.0f32; N];
-    for k in 0..N {
+    for (k, value) in means.iter_mut().enumerate() {
         let start = cut.sum[k] + offset + slope * cut.from[k];
         let x = cut.growth[k] + slope * cut.length[k];
-        means[k] = cut.length[k] * mean(exp_f32(-start), exp_f32(-(start + x)), x);
+        *value = cut.length[k] * mean(exp_f32(-start), exp_f32(-(start + x)), x);
     }
     for value in means {
         total += value;
@@ -134,8 +134,8 @@ pub fn mean_of_parabola<const N: usize>(
 ) -> [f32; 3] {
     let cut = stretches(depths, sums, crossing);
     // Zeroth, first and second moment of the transmittance over w.
-    let mut moments = [[0.0f32; N]; 3];
-    for k in 0..N {
+    let [mut zeroth, mut first, mut second] = [[0.0f32; N]; 3];
+    for (k, ((zeroth, first), second)) in zeroth.iter_mut().zip(&mut first).zip(&mut second).enumerate() {
         let x = cut.growth[k];
         let (start, end) = (exp_f32(-cut.sum[k]), exp_f32(-(cut.sum[k] + x)));
         let weight = cut.length[k] * mean(start, end, x);
@@ -147,11 +147,11 @@ pub fn mean_of_parabola<const N: usize>(
         let series = 1.0 / 12.0 - x * x * (1.0 / 240.0);
         let variance = if x < 1.0 { series } else { 1.0 / (x * x) - start * (end / lost) / lost };
         let place = cut.from[k] + cut.length[k] * centroid;
-        moments[0][k] = weight;
-        moments[1][k] = weight * place;
-        moments[2][k] = weight * (place * place + cut.length[k] * cut.length[k] * variance);
+        *zeroth = weight;
+        *first = weight * place;
+        *second = weight * (place * place + cut.length[k] * cut.length[k] * variance);
     }
-    let [zeroth, first, second] = moments.map(|values| values.iter().sum::<f32>());
+    let [zeroth, first, second] = [zeroth, first, second].map(|values| values.iter().sum::<f32>());
     let clear = cut.clear;
     let [zeroth, first, second] =
         [zeroth + clear, first + 0.5 * clear * clear, second + clear * clear * clear * (1.0 / 3.0)];
