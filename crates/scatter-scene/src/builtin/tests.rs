@@ -149,9 +149,9 @@ fn bytes_are_the_same_at_every_call_and_as_pinned() {
         ("haze", 0xdcb9397e0d06a129),
         ("grove-cards", 0x2973b2ea6a9abe4a),
         ("valley-mist", 0x3ee0ab5c5f433509),
-        ("smoke", 0),
-        ("hair", 0),
-        ("smoke-and-hair", 0),
+        ("smoke", 0x3af75c971284483f),
+        ("hair", 0x1595d489ecb50124),
+        ("smoke-and-hair", 0x4a249f99c115dfe6),
     ];
     let found: Vec<(&str, u64)> = builtin_shots()
         .iter()

@@ -18,7 +18,9 @@ use super::exact::OccluderAttributes;
 use super::primitive::Posed;
 use crate::error::{Checked, Fault};
 use crate::limits::checked_occluders;
-use crate::translucent::{OccluderValues, Particle, StrandVertex, Strands, checked_opacity, checked_size};
+use crate::translucent::{
+    OccluderValues, Particle, StrandVertex, Strands, checked_density, checked_opacity, checked_radius,
+};
 
 /// What points and lines bring along, and the shot's values for them.
 pub(super) struct Sources<'a> {
@@ -110,12 +112,12 @@ impl Value<'_> {
 
 impl Values<'_> {
     fn radius(&self, idx: u64, place: &dyn Fn() -> String) -> Checked<f64> {
-        checked_size(self.radius.get(idx), || format!("_RADIUS[{idx}]"), place)
+        checked_radius(self.radius.get(idx), || format!("_RADIUS[{idx}]"), place)
     }
 
     fn particle(&self, posed: &Posed<'_>, idx: u64, place: &dyn Fn() -> String) -> Checked<Particle> {
         let density =
-            checked_size(self.strength.get(idx), || format!("{}[{idx}]", self.strength_name), place)?;
+            checked_density(self.strength.get(idx), || format!("{}[{idx}]", self.strength_name), place)?;
         let radius = self.radius(idx, place)?;
         // What dims nothing is placed nowhere: an accessor without bytes may have any number of zeros.
         let centre = if radius > 0.0 && density > 0.0 { posed.at(idx, place)? } else { DVec3::ZERO };

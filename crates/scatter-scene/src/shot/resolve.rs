@@ -14,7 +14,9 @@ use super::{DEFAULT_RESOLUTION, Shot, ShotLight};
 use crate::error::{Checked, Fault};
 use crate::radiance_image::checked_image_size;
 use crate::scene::Scene;
-use crate::translucent::{OccluderValues, ParticleValues, StrandValues, checked_opacity, checked_size};
+use crate::translucent::{
+    OccluderValues, ParticleValues, StrandValues, checked_density, checked_opacity, checked_radius,
+};
 
 /// Optical depth over the scene's diagonal of the medium that a mesh alone is shown in.
 const BARE_OPTICAL_DEPTH: f64 = 0.5;
@@ -130,9 +132,13 @@ pub(super) fn bare_shot(scene: Scene) -> Checked<Shot> {
 }
 
 fn occluder_values(document: &Document<'_>, text: &ShotText) -> Checked<OccluderValues> {
-    let size = |key: &str, value: Option<f64>| {
+    let radius = |key: &str, value: Option<f64>| {
         let place = || document.place(key);
-        value.map(|value| checked_size(value, || "the value".to_owned(), place)).transpose()
+        value.map(|value| checked_radius(value, || "the value".to_owned(), place)).transpose()
+    };
+    let density = |value: Option<f64>| {
+        let place = || document.place("particles.density");
+        value.map(|value| checked_density(value, || "the value".to_owned(), place)).transpose()
     };
     let opacity = |value: Option<f64>| {
         let place = || document.place("strands.opacity");
@@ -141,14 +147,14 @@ fn occluder_values(document: &Document<'_>, text: &ShotText) -> Checked<Occluder
     let particles = match &text.particles {
         None => None,
         Some(particles) => Some(ParticleValues {
-            radius: size("particles.radius", particles.radius)?,
-            density: size("particles.density", particles.density)?,
+            radius: radius("particles.radius", particles.radius)?,
+            density: density(particles.density)?,
         }),
     };
     let strands = match &text.strands {
         None => None,
         Some(strands) => Some(StrandValues {
-            radius: size("strands.radius", strands.radius)?,
+            radius: radius("strands.radius", strands.radius)?,
             opacity: opacity(strands.opacity)?,
         }),
     };

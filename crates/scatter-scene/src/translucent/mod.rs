@@ -25,4 +25,6 @@ pub use occluders::{OccluderError, Occluders};
 pub use particle::Particle;
 pub(crate) use passes::{NearSegment, each_pass};
 pub use strands::{StrandVertex, Strands};
-pub(crate) use values::{OccluderValues, ParticleValues, StrandValues, checked_opacity, checked_size};
+pub(crate) use values::{
+    OccluderValues, ParticleValues, StrandValues, checked_density, checked_opacity, checked_radius,
+};

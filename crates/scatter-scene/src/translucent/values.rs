@@ -1,6 +1,7 @@
 //! What a shot says about points and lines whose file does not.
 
 use crate::error::{Checked, Fault};
+use crate::limits::MAX_COORDINATE;
 
 /// Values for points and lines that have none of their own; without them such points and lines are left out.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -25,8 +26,20 @@ pub(crate) struct StrandValues {
     pub opacity: Option<f64>,
 }
 
-/// A radius or a density.
-pub(crate) fn checked_size(
+/// A radius.
+pub(crate) fn checked_radius(
+    value: f64,
+    what: impl FnOnce() -> String,
+    place: impl FnOnce() -> String,
+) -> Checked<f64> {
+    if (0.0..=MAX_COORDINATE).contains(&value) {
+        return Ok(value);
+    }
+    Err(Fault::invalid(place(), format!("{} is {value}", what()), "give a number from 0 to 1e15"))
+}
+
+/// A density.
+pub(crate) fn checked_density(
     value: f64,
     what: impl FnOnce() -> String,
     place: impl FnOnce() -> String,
