@@ -16,7 +16,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SIZES: [[u32; 2]; 2] = [[67, 45], [481, 35]];
 
 /// Every technique's options that need buffers of their own, by its id.
-const OPTIONS: [(&str, &[(&str, &str)]); 9] = [
+const OPTIONS: [(&str, &[(&str, &str)]); 12] = [
     ("raymarch", &[("steps", "33"), ("jitter", "1")]),
     ("epipolar", &[("cells", "box"), ("rank", "8")]),
     ("epipolar", &[("integrator", "tree"), ("around", "ring")]),
@@ -26,6 +26,9 @@ const OPTIONS: [(&str, &[(&str, &str)]); 9] = [
     ("minmax-mipmap", &[("mode", "sampling"), ("downscale", "2"), ("tree", "chen")]),
     ("minmax-mipmap", &[("mode", "sampling"), ("refinement", "0.001"), ("slices", "100")]),
     ("minmax-mipmap", &[("mode", "slices"), ("slices", "200")]),
+    ("avsm", &[("opaque", "curve"), ("curves", "64")]),
+    ("avsm", &[("opaque", "curve"), ("curve", "deep"), ("curves", "33")]),
+    ("avsm", &[("opaque", "curve"), ("curve", "moments"), ("curves", "33")]),
 ];
 
 /// What renders a picture: the exact walk and every technique in each of its ways, with names; a wide picture

@@ -5,8 +5,8 @@ use avsm::{Avsm, Between, Curve, Moments, Nodes, Opaque, Options};
 use glam::DVec3;
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{
-    Frame, HeightFalloff, MapError, MapProjection, RayLight, ScatterImage, Translucent, TranslucentLayer,
-    TranslucentSegment, TranslucentSource, VolumetricShadow, walked_radiance,
+    Frame, HeightFalloff, Level, MapError, MapProjection, RayLight, ScatterImage, Translucent,
+    TranslucentLayer, TranslucentSegment, TranslucentSource, VolumetricShadow, walked_radiance,
 };
 use scatter_testing::{Filling, MapKind, OwnedFrame, Random, Recipe, coloured_medium, differing};
 
@@ -16,6 +16,10 @@ fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
 
 /// Pixels are written in f32: 6e-8 of the value, which is at most twice the unoccluded one behind glass.
 const ROUNDING: f64 = 2e-6;
+
+/// Crossings in lanes: 1e-5 of each for the closed form in f32, 1e-4 of its length at the most for the place of a step, of which
+/// a ray through 24 texels has some ten, each a share of the ray; where the light is no exponential, what a parabola leaves of it.
+const LANES: f64 = 1e-4;
 
 fn in_height_fog(mut frame: OwnedFrame, seed: u64) -> OwnedFrame {
     let mut random = Random(seed);
@@ -84,12 +88,14 @@ fn opaque_surfaces_in_the_curves_are_those_of_the_map() {
             let options =
                 Options { opaque: Opaque::Curve, curves: side, curve, between, ..Options::default() };
             let image = frame.render(&mut Avsm::new(options));
-            let found = differing(&image, &truth, &walked(&frame.unoccluded()), ROUNDING);
+            let is_in_lanes = curve == Curve::Avsm && between == Between::Exponential;
+            let allowed = if is_in_lanes { LANES } else { ROUNDING };
+            let found = differing(&image, &truth, &walked(&frame.unoccluded()), allowed);
             assert!(found.is_close(), "{kind:?} {curve:?}: {found}");
             worst = worst.max(found.largest());
         }
     }
-    println!("worst {worst:.1e} of {ROUNDING:.1e}");
+    println!("worst {worst:.1e} of {LANES:.1e}");
 }
 
 /// Smoke and hair for maps of these projections: a list for each layer.
@@ -215,11 +221,17 @@ fn exact_curves_are_what_short_steps_say() {
     frames_with_smoke(|frame, layers, what| {
         let smoke = Translucent::Captured(layers);
         let dimmed = frame.with_translucent(&smoke).unwrap();
-        for (curve, between) in [(Curve::Uncompressed, Between::Exponential), (Curve::Deep, Between::Linear)]
-        {
-            let options = Options { curve, between, threshold: 1e-5, ..Options::default() };
+        // Sixteen nodes lose none of up to six segments: lanes of every instruction set.
+        for (curve, between, simd) in [
+            (Curve::Uncompressed, Between::Exponential, Level::new()),
+            (Curve::Deep, Between::Linear, Level::new()),
+            (Curve::Avsm, Between::Exponential, Level::new()),
+            (Curve::Avsm, Between::Exponential, Level::baseline()),
+        ] {
+            let nodes = Nodes::Sixteen;
+            let options = Options { curve, between, nodes, threshold: 1e-5, ..Options::default() };
             let mut image = ScatterImage::new();
-            Avsm::new(options).render(&dimmed, &mut image).unwrap();
+            Avsm::with_simd(options, simd).render(&dimmed, &mut image).unwrap();
             for (x, y) in [(0, 0), (3, 1), (1, 2)] {
                 let expected = stepped(&dimmed, layers, [x, y], STEPS);
                 let whole = RayLight::new(
@@ -271,9 +283,9 @@ fn compressed_curves_are_near_the_exact_ones() {
     });
     let sums = sums.into_inner();
     println!("mean error, avsm 4 8 12 16, opacity, Fourier, moments 8: {sums:.4?}");
-    // At most 12 nodes a texel, so 12 are exact and 16 too.
+    // At most 12 nodes a texel, so 12 and 16 lose none: what is left is the parabola of a light over texels as large as these.
     assert!(sums[0] < 0.05 && sums[1] < 0.01 && sums[1] < sums[0], "{sums:?}");
-    assert!(sums[2] < 1e-5 && sums[3] < 1e-5, "{sums:?}");
+    assert!(sums[2] < 5e-5 && sums[3] < 5e-5, "{sums:?}");
     assert!(sums[4] < 0.05 && sums[5] < 0.05 && sums[6] < 0.1, "{sums:?}");
 }
 

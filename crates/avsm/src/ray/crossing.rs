@@ -9,7 +9,7 @@
 //!
 //! No lane looks for its place and none branches: stretches that lie outside have no length. The last one has no end, and before
 //! the first node τ is 0. Where the light's own radiance is no exponential (lamps, height fog), it is taken as a parabola over
-//! the crossing and weighed at the centroid of each stretch's transmittance: exact where it is a line.
+//! the crossing, whose integral follows from the centroid and the variance of each stretch's transmittance.
 
 use scatter_core::exp_f32;
 
@@ -108,10 +108,10 @@ pub fn mean_under_sun<const N: usize>(
         if crossing.is_along { (0.0, optical_depth) } else { (optical_depth, -optical_depth) };
     let mut total = 0.0;
     let mut means = [0.0f32; N];
-    for k in 0..N {
+    for (k, value) in means.iter_mut().enumerate() {
         let start = cut.sum[k] + offset + slope * cut.from[k];
         let x = cut.growth[k] + slope * cut.length[k];
-        means[k] = cut.length[k] * mean(exp_f32(-start), exp_f32(-(start + x)), x);
+        *value = cut.length[k] * mean(exp_f32(-start), exp_f32(-(start + x)), x);
     }
     for value in means {
         total += value;
@@ -124,7 +124,7 @@ pub fn mean_under_sun<const N: usize>(
 }
 
 /// The mean of `e^{−τ}·(f_0 + f_1·w + f_2·w²)` over a crossing, w the share in the order of depths: coefficients of three
-/// channels. Exact to rounding for lines; f_2 is off by its change over the length of a stretch.
+/// channels. To 1e-4 of it.
 #[inline(always)]
 pub fn mean_of_parabola<const N: usize>(
     depths: &[f32; N],
@@ -134,21 +134,24 @@ pub fn mean_of_parabola<const N: usize>(
 ) -> [f32; 3] {
     let cut = stretches(depths, sums, crossing);
     // Zeroth, first and second moment of the transmittance over w.
-    let mut moments = [[0.0f32; N]; 3];
-    for k in 0..N {
+    let [mut zeroth, mut first, mut second] = [[0.0f32; N]; 3];
+    for (k, ((zeroth, first), second)) in zeroth.iter_mut().zip(&mut first).zip(&mut second).enumerate() {
         let x = cut.growth[k];
         let (start, end) = (exp_f32(-cut.sum[k]), exp_f32(-(cut.sum[k] + x)));
         let weight = cut.length[k] * mean(start, end, x);
         // The centroid of e^{−xs} on 0 … 1: 1/x − 1/(eˣ − 1).
+        let lost = (start - end).max(f32::MIN_POSITIVE);
         let series = 0.5 - x * (1.0 / 12.0 - x * x * (1.0 / 720.0));
-        let quotient = 1.0 / x - end / (start - end).max(f32::MIN_POSITIVE);
-        let centroid = if x < 1.0 { series } else { quotient };
+        let centroid = if x < 1.0 { series } else { 1.0 / x - end / lost };
+        // Its variance: 1/x² − eˣ/(eˣ − 1)².
+        let series = 1.0 / 12.0 - x * x * (1.0 / 240.0);
+        let variance = if x < 1.0 { series } else { 1.0 / (x * x) - start * (end / lost) / lost };
         let place = cut.from[k] + cut.length[k] * centroid;
-        moments[0][k] = weight;
-        moments[1][k] = weight * place;
-        moments[2][k] = weight * place * place;
+        *zeroth = weight;
+        *first = weight * place;
+        *second = weight * (place * place + cut.length[k] * cut.length[k] * variance);
     }
-    let [zeroth, first, second] = moments.map(|values| values.iter().sum::<f32>());
+    let [zeroth, first, second] = [zeroth, first, second].map(|values| values.iter().sum::<f32>());
     let clear = cut.clear;
     let [zeroth, first, second] =
         [zeroth + clear, first + 0.5 * clear * clear, second + clear * clear * clear * (1.0 / 3.0)];
@@ -207,12 +210,8 @@ mod tests {
             let found = mean_of_parabola(depths, sums, &crossing, &parabola);
             for channel in 0..3 {
                 let [constant, linear, square] = parabola.map(|values| f64::from(values[channel]));
-                let expected = sum(&|w| constant + linear * w);
-                let exact = mean_of_parabola(depths, sums, &crossing, &[parabola[0], parabola[1], [0.0; 3]]);
-                worst = worst.max((f64::from(exact[channel]) - expected).abs());
-                // A square over a stretch as long as the crossing: its variance, 1/12, is left out.
-                let whole = sum(&|w| constant + linear * w + square * w * w);
-                assert!((f64::from(found[channel]) - whole).abs() < square.abs() / 12.0 + 1e-3, "{seed}");
+                let expected = sum(&|w| constant + linear * w + square * w * w);
+                worst = worst.max((f64::from(found[channel]) - expected).abs());
             }
         }
         // Of sums at midpoints a step is off by half a point, eight of them by 2e-4.

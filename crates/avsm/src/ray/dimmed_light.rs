@@ -105,7 +105,7 @@ impl<'a> DimmedLight<'a> {
         let is_smooth = most <= 2.0 * least && bend.abs().max_element() <= 0.05 * most;
         // Radiance as a number of the middle's size, in which f32 neither under- nor overflows.
         let unit = middle.max_element();
-        if !is_smooth || !(unit > 0.0 && unit.is_finite()) {
+        if !(is_smooth && unit > 0.0 && unit.is_finite()) {
             return None;
         }
         let coefficients = [start, 4.0 * middle - 3.0 * start - end, 2.0 * bend]
