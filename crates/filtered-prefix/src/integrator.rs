@@ -9,9 +9,9 @@ use scatter_core::{Light, RenderStats, at_level};
 
 use crate::exact::{ExactSums, ExactTask, Ways, band_ratio};
 use crate::fourier::{FourierAnswers, FourierRow, Terms};
-use crate::moments::{Answer, DepthScale, MomentAnswers, MomentRow, bias_of};
+use crate::moments::{Answer, MomentAnswers, MomentRow, bias_of};
 use crate::options::{Basis, Filter, Options, Weighting};
-use crate::runs::{Asked, Extremes, Runs};
+use crate::runs::{Asked, DepthScale, Extremes, Runs};
 use crate::storage::Storage;
 use crate::weights::{BandWeights, Fog, QueryRays, Weights};
 
@@ -138,7 +138,7 @@ impl SliceIntegrator for PrefixIntegrator {
         }
         scratch.query_runs.resize(queries.max(scratch.query_runs.len()), 0);
         scratch.extremes.reserve(runs);
-        scratch.asked.reserve(queries);
+        scratch.asked.make_room(queries);
         scratch.band.reserve(runs, queries, self.is_lamp);
         let Options { basis, storage, coefficients, .. } = self.options;
         match basis {
@@ -253,25 +253,27 @@ impl PrefixIntegrator {
         index.find(runs.starts, queries.gammas(), query_runs);
         let last = query_runs[..queries.len()].iter().fold(0, |a, &b| a.max(b));
         extremes.fill(runs.lit, last as usize);
-        asked.clear();
         let is_white = runs.colours.is_none();
         let open = queries.open(0..queries.len());
         let mut shares = open.shares;
+        let all_queries = open.columns.len();
+        asked.make_room(all_queries);
+        let mut count = 0;
         for (query, (&column, &gamma)) in open.columns.iter().zip(open.gammas).enumerate() {
             let rank = slice.order.rank(slice.order.columns[0] + column);
             let [all, any] = extremes.all_and_any(query_runs[query], rank);
-            if !any || (all && is_white) {
-                let share = if any { 1.0 } else { 0.0 };
-                shares[..channels].iter_mut().for_each(|shares| shares[query] = share);
-                counts.uniform += 1;
-            } else {
-                asked.queries.push(query as u32);
-                asked.columns.push(column);
-                asked.ranks.push(rank);
-                asked.gammas.push(gamma);
-                asked.ends.push(query_runs[query]);
-            }
+            let share = if any { 1.0 } else { 0.0 };
+            shares[..channels].iter_mut().for_each(|shares| shares[query] = share);
+            // Without a branch: what is settled is overwritten by the next one.
+            asked.queries[count] = query as u32;
+            asked.columns[count] = column;
+            asked.ranks[count] = rank;
+            asked.gammas[count] = gamma;
+            asked.ends[count] = query_runs[query];
+            count += usize::from(any & !(all & is_white));
         }
+        asked.truncate(count);
+        counts.uniform += (all_queries - count) as u64;
     }
 
     /// Answers the open view rays from filtered rows, band by band.
@@ -279,8 +281,6 @@ impl PrefixIntegrator {
     fn answer(&self, slice: &SliceView<'_>, runs: Runs<'_>, channel: usize, scratch: &mut PrefixScratch) {
         let PrefixScratch { asked, band, moments, fourier, terms, answers, shares, counts, .. } = scratch;
         let count = asked.len();
-        let columns = slice.order.count();
-        terms.clear();
         let brightest =
             runs.colour(channel).map_or(1.0, |colour| colour.iter().fold(0.0f32, |a, &b| a.max(b)));
         let mut first = 0;
@@ -295,10 +295,13 @@ impl PrefixIntegrator {
             let starts = &runs.starts[..=used];
             self.weights.fill(channel, slice, rays, starts, band);
             let references = if band.blends { 2 } else { 1 };
+            // Ranks follow the columns, up or down.
+            let [a, b] = [asked.ranks[range.start], asked.ranks[range.end - 1]];
+            let scale = DepthScale::new([a.min(b), a.max(b)]);
+            terms.clear();
             counts.filtered += (references * used) as u64;
             match self.options.basis {
                 Basis::Moments => {
-                    let scale = DepthScale::new(columns);
                     for (row, starts) in moments[..references].iter_mut().zip(&band.starts) {
                         row.make_room(self.options.storage, used);
                         row.fill(&runs, channel, &starts[..=used], scale);
@@ -316,16 +319,10 @@ impl PrefixIntegrator {
                     let terms_of_series = self.options.coefficients as usize;
                     for (row, starts) in fourier[..references].iter_mut().zip(&band.starts) {
                         row.make_room(self.options.storage, used, terms_of_series);
-                        row.fill(&runs, channel, &starts[..=used], columns);
+                        row.fill(&runs, channel, &starts[..=used], scale);
                     }
-                    let task = FourierAnswers {
-                        rows: fourier,
-                        band,
-                        runs,
-                        columns,
-                        channel,
-                        count: terms_of_series,
-                    };
+                    let task =
+                        FourierAnswers { rows: fourier, band, runs, scale, channel, count: terms_of_series };
                     task.answer(asked, range, terms, shares);
                 }
             }

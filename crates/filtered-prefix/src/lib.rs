@@ -14,6 +14,8 @@
 //! The slices, their spacing and the way back to pixels are [`epipolar::driver`]'s.
 
 #[cfg(test)]
+mod basis_tests;
+#[cfg(test)]
 mod certificate_tests;
 mod exact;
 pub mod fourier;

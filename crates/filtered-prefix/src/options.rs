@@ -99,7 +99,7 @@ impl Options {
         let (spacing, finest, tolerance, halvings, split, certificate) = match level {
             Quality::Preview => (8.0, 0.5, 0.2, 2, 1.0, 0.04),
             Quality::Game => (4.0, 0.25, 0.04, 3, 0.5, 0.01),
-            Quality::Film => (4.0, 0.125, 0.009, 3, 0.0, 0.002),
+            Quality::Film => (4.0, 0.125, 0.009, 3, 0.0, 0.001),
         };
         let room = match level {
             Quality::Preview => [0.6, 0.6],

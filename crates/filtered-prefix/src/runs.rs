@@ -44,21 +44,20 @@ pub struct Asked {
 }
 
 impl Asked {
-    /// Forgets all.
-    pub fn clear(&mut self) {
+    /// Lengthens all lists to so many.
+    pub fn make_room(&mut self, count: usize) {
         for list in [&mut self.queries, &mut self.columns, &mut self.ranks, &mut self.ends] {
-            list.clear();
+            list.resize(count, 0);
         }
-        self.gammas.clear();
+        self.gammas.resize(count, 0.0);
     }
 
-    /// Room for so many.
-    pub fn reserve(&mut self, count: usize) {
-        self.clear();
+    /// Shortens all lists to so many.
+    pub fn truncate(&mut self, count: usize) {
         for list in [&mut self.queries, &mut self.columns, &mut self.ranks, &mut self.ends] {
-            list.reserve(count);
+            list.truncate(count);
         }
-        self.gammas.reserve(count);
+        self.gammas.truncate(count);
     }
 
     /// How many there are.
@@ -113,5 +112,56 @@ impl Extremes {
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         8 * self.lit.capacity()
+    }
+}
+
+/// What the view rays of a band, whose ranks go from `first` to `last`, know of a run without a look at its depth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Certain {
+    /// All of them see it lit.
+    Lit,
+    /// None does.
+    Dark,
+    /// Some do.
+    No,
+}
+
+/// The depths that a band tells apart: those between its view rays, scaled to [−1, 1]. (Klehm et al. 2014, Section 4.1, clamp what
+/// lies outside to the borders; here it is no part of the filtered distribution, whose few numbers are spent on what is in doubt.)
+#[derive(Debug, Clone, Copy)]
+pub struct DepthScale {
+    first: u32,
+    last: u32,
+    per_column: f64,
+}
+
+impl DepthScale {
+    /// For view rays of ranks from `first` to `last`.
+    pub fn new([first, last]: [u32; 2]) -> Self {
+        Self { first, last, per_column: 2.0 / f64::from(last - first + 1) }
+    }
+
+    /// What is certain of a run that so many columns see lit.
+    #[inline(always)]
+    pub fn certain(self, lit: u32) -> Certain {
+        if lit > self.last {
+            Certain::Lit
+        } else if lit <= self.first {
+            Certain::Dark
+        } else {
+            Certain::No
+        }
+    }
+
+    /// Where the surface of a run lies that so many columns see lit.
+    #[inline(always)]
+    pub fn surface(self, lit: u32) -> f64 {
+        (f64::from(lit) - f64::from(self.first)) * self.per_column - 1.0
+    }
+
+    /// Where the view ray of a rank lies: between the surfaces that it sees lit and those that it does not.
+    #[inline(always)]
+    pub fn view_ray(self, rank: u32) -> f64 {
+        (f64::from(rank) - f64::from(self.first) + 0.5) * self.per_column - 1.0
     }
 }

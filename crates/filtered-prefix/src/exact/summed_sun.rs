@@ -191,7 +191,7 @@ impl SummedSun {
         for knot in 0..KNOTS {
             let losses = &self.absorbed[knot][..=used];
             for (weight, pair) in self.weights.iter_mut().zip(losses.windows(2)) {
-                weight[knot] = pair[1] - pair[0];
+                weight[knot] = (pair[1] - pair[0]).max(0.0);
             }
         }
         if let Some(colour) = task.runs.colour(channel) {

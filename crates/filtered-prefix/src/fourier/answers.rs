@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::filtered_row::{FourierRow, MOST, place};
 use super::harmonics::{LANES, harmonics};
-use crate::runs::{Asked, Runs};
+use crate::runs::{Asked, DepthScale, Runs};
 use crate::weights::BandWeights;
 
 /// Coefficients of a column's view ray; a buffer: pixels of one column share them.
@@ -28,10 +28,10 @@ impl Terms {
 
     /// `2/c_k` times cosine and −sine of a view ray that comes after `rank` columns.
     #[inline(always)]
-    fn of(&mut self, rank: u32, all: usize, count: usize) -> &[f32] {
+    fn of(&mut self, rank: u32, scale: DepthScale, count: usize) -> &[f32] {
         if self.of_rank != Some(rank) {
             self.of_rank = Some(rank);
-            let z = [place(rank as f32 + 0.5, all as f32); LANES];
+            let z = [place(scale.view_ray(rank)); LANES];
             let terms = &mut self.terms;
             harmonics(&z, count / 2, |k, sines, cosines| {
                 let factor = 2.0 / ((2 * k + 1) as f32 * std::f32::consts::PI);
@@ -50,8 +50,8 @@ pub struct FourierAnswers<'a> {
     pub band: &'a BandWeights,
     /// The slice's runs.
     pub runs: Runs<'a>,
-    /// Columns of the slice.
-    pub columns: usize,
+    /// How columns become depths.
+    pub scale: DepthScale,
     /// Of a channel.
     pub channel: usize,
     /// Coefficients of the series.
@@ -67,7 +67,7 @@ impl FourierAnswers<'_> {
         for ray in range.clone() {
             let place_in_band = ray - range.start;
             let run = asked.ends[ray] as usize;
-            let terms = terms.of(asked.ranks[ray], self.columns, self.count);
+            let terms = terms.of(asked.ranks[ray], self.scale, self.count);
             // What the ray's own run adds is lit or not, exactly.
             let own_is_lit = if self.runs.lit[run] > asked.ranks[ray] { 1.0 } else { 0.0 };
             let colour = self.runs.colour(self.channel).map_or(1.0, |colour| colour[run]);
@@ -81,7 +81,8 @@ impl FourierAnswers<'_> {
                 let whole = self.band.ends[side][place_in_band];
                 let own = colour * (whole - self.band.starts[side][run]).max(0.0);
                 let part = if side == 0 { 1.0 - blend } else { blend };
-                share += part * (visible * row.total(run) + own * own_is_lit) / whole;
+                let [before, lit_before] = row.totals(run);
+                share += part * (visible * before + lit_before + own * own_is_lit) / whole;
             }
             // A ray without light has no shadow.
             out[ray] = if share >= 0.0 { share } else { 1.0 };

@@ -2,7 +2,7 @@
 //! in one pass).
 
 use super::harmonics::{LANES, harmonics};
-use crate::runs::Runs;
+use crate::runs::{Certain, DepthScale, Runs};
 use crate::storage::{Means, Storage};
 
 /// Most coefficients of a series.
@@ -15,7 +15,8 @@ const MARGIN: f32 = 0.05;
 #[derive(Debug)]
 pub struct FourierRow {
     means: Means,
-    totals: Vec<f32>,
+    /// Weight, times colour, up to the start of each run: of those that are in doubt, and of those that are lit for all.
+    totals: Vec<[f32; 2]>,
     count: usize,
     basis: Box<[[f32; LANES]; MOST]>,
 }
@@ -26,10 +27,10 @@ impl Default for FourierRow {
     }
 }
 
-/// Where in the series' period a number of columns lies.
+/// Where in the series' period a depth in [−1, 1] lies.
 #[inline(always)]
-pub fn place(columns: f32, all: f32) -> f32 {
-    MARGIN + (1.0 - 2.0 * MARGIN) * (columns / all)
+pub fn place(depth: f64) -> f32 {
+    0.5 + (0.5 - MARGIN) * depth as f32
 }
 
 impl FourierRow {
@@ -38,34 +39,42 @@ impl FourierRow {
         self.means.make_room(storage, runs + 1, count);
         self.count = count;
         if self.totals.len() <= runs {
-            self.totals.resize(runs + 1, 0.0);
+            self.totals.resize(runs + 1, [0.0; 2]);
         }
     }
 
-    /// Sums up the first runs, as many as `weights` has intervals: weights up to the start of each. `all` is the slice's number of
-    /// columns.
+    /// Sums up the first runs, as many as `weights` has intervals: weights up to the start of each.
     #[inline(always)]
-    pub fn fill(&mut self, runs: &Runs<'_>, channel: usize, weights: &[f32], all: usize) {
+    pub fn fill(&mut self, runs: &Runs<'_>, channel: usize, weights: &[f32], scale: DepthScale) {
         let colour = runs.colour(channel);
         let (used, terms) = (weights.len() - 1, self.count / 2);
         let mut sums = [0.0f32; MOST];
         let mut kept = [0.0f32; MOST];
-        let mut total = 0.0f32;
+        let (mut total, mut lit) = (0.0f32, 0.0f32);
         for first in (0..used).step_by(LANES) {
             let lanes = LANES.min(used - first);
             let mut z = [0.5f32; LANES];
             for lane in 0..lanes {
-                z[lane] = place(runs.lit[first + lane] as f32, all as f32);
+                z[lane] = place(scale.surface(runs.lit[first + lane]).clamp(-1.0, 1.0));
             }
             let basis = &mut self.basis;
             harmonics(&z, terms, |k, sines, cosines| (basis[2 * k], basis[2 * k + 1]) = (*sines, *cosines));
             for lane in 0..lanes {
                 let run = first + lane;
-                self.totals[run] = total;
+                self.totals[run] = [total, lit];
                 self.means.put(run, &kept[..2 * terms]);
-                let mut weight = weights[run + 1] - weights[run];
+                // Rounding may let the light up to a light ray fall.
+                let mut weight = (weights[run + 1] - weights[run]).max(0.0);
                 if let Some(colour) = colour {
                     weight *= colour[run];
+                }
+                match scale.certain(runs.lit[run]) {
+                    Certain::Dark => continue,
+                    Certain::Lit => {
+                        lit += weight;
+                        continue;
+                    }
+                    Certain::No => {}
                 }
                 total += weight;
                 let inverse = if total > 0.0 { 1.0 / total } else { 0.0 };
@@ -76,13 +85,13 @@ impl FourierRow {
                 }
             }
         }
-        self.totals[used] = total;
+        self.totals[used] = [total, lit];
         self.means.put(used, &kept[..2 * terms]);
     }
 
-    /// Weight times colour up to the start of a run.
+    /// Weight times colour up to the start of a run: of what is in doubt, and of what is lit for all.
     #[inline(always)]
-    pub fn total(&self, run: usize) -> f32 {
+    pub fn totals(&self, run: usize) -> [f32; 2] {
         self.totals[run]
     }
 
@@ -94,6 +103,6 @@ impl FourierRow {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        self.means.memory_bytes() + 4 * self.totals.capacity() + size_of::<[[f32; LANES]; MOST]>()
+        self.means.memory_bytes() + 8 * self.totals.capacity() + size_of::<[[f32; LANES]; MOST]>()
     }
 }

@@ -4,9 +4,10 @@
 //! b_j[i] = Σ_{l<i} w_l·z_l^j / Σ_{l<i} w_l,    j = 1 … m
 //! ```
 //!
-//! z is the number of columns that see a run lit, scaled to [−1, 1]. Sums are f64; what is kept are means.
+//! over the runs that some view rays of a band see lit and some do not. z is the number of columns that see a run lit, scaled to
+//! [−1, 1]. Sums are f64; what is kept are means.
 
-use crate::runs::Runs;
+use crate::runs::{Certain, DepthScale, Runs};
 use crate::storage::{Means, Storage};
 
 /// Numbers of a run, however many moments are asked for.
@@ -16,33 +17,8 @@ const STRIDE: usize = 8;
 #[derive(Debug, Default)]
 pub struct MomentRow {
     means: Means,
-    /// Weight, times colour, up to the start of each run.
-    totals: Vec<f32>,
-}
-
-/// How columns become depths in [−1, 1].
-#[derive(Debug, Clone, Copy)]
-pub struct DepthScale {
-    per_column: f64,
-}
-
-impl DepthScale {
-    /// For a slice of so many columns.
-    pub fn new(columns: usize) -> Self {
-        Self { per_column: 2.0 / columns.max(1) as f64 }
-    }
-
-    /// Where the surface of a run lies that so many columns see lit.
-    #[inline(always)]
-    pub fn surface(self, lit: u32) -> f64 {
-        f64::from(lit) * self.per_column - 1.0
-    }
-
-    /// Where the view ray of a rank lies: between the surfaces that it sees lit and those that it does not.
-    #[inline(always)]
-    pub fn view_ray(self, rank: u32) -> f64 {
-        (f64::from(rank) + 0.5) * self.per_column - 1.0
-    }
+    /// Weight, times colour, up to the start of each run: of those that are in doubt, and of those that are lit for all.
+    totals: Vec<[f32; 2]>,
 }
 
 impl MomentRow {
@@ -50,7 +26,7 @@ impl MomentRow {
     pub fn make_room(&mut self, storage: Storage, runs: usize) {
         self.means.make_room(storage, runs + 1, STRIDE);
         if self.totals.len() <= runs {
-            self.totals.resize(runs + 1, 0.0);
+            self.totals.resize(runs + 1, [0.0; 2]);
         }
     }
 
@@ -59,14 +35,23 @@ impl MomentRow {
     pub fn fill(&mut self, runs: &Runs<'_>, channel: usize, weights: &[f32], scale: DepthScale) {
         let colour = runs.colour(channel);
         let mut sums = [0.0f64; STRIDE];
-        let mut total = 0.0f64;
+        let (mut total, mut lit) = (0.0f64, 0.0f64);
         let mut kept = [0.0f32; STRIDE];
         for (run, pair) in weights.windows(2).enumerate() {
-            self.totals[run] = total as f32;
+            self.totals[run] = [total as f32, lit as f32];
             self.means.put(run, &kept);
-            let mut weight = f64::from(pair[1] - pair[0]);
+            // Rounding may let the light up to a light ray fall.
+            let mut weight = f64::from(pair[1] - pair[0]).max(0.0);
             if let Some(colour) = colour {
                 weight *= f64::from(colour[run]);
+            }
+            match scale.certain(runs.lit[run]) {
+                Certain::Dark => continue,
+                Certain::Lit => {
+                    lit += weight;
+                    continue;
+                }
+                Certain::No => {}
             }
             let z = scale.surface(runs.lit[run]);
             let (two, four) = (z * z, (z * z) * (z * z));
@@ -79,13 +64,13 @@ impl MomentRow {
             }
         }
         let last = weights.len().saturating_sub(1);
-        self.totals[last] = total as f32;
+        self.totals[last] = [total as f32, lit as f32];
         self.means.put(last, &kept);
     }
 
-    /// Weight times colour up to the start of a run.
+    /// Weight times colour up to the start of a run: of what is in doubt, and of what is lit for all.
     #[inline(always)]
-    pub fn total(&self, run: usize) -> f32 {
+    pub fn totals(&self, run: usize) -> [f32; 2] {
         self.totals[run]
     }
 
@@ -99,6 +84,6 @@ impl MomentRow {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        self.means.memory_bytes() + 4 * self.totals.capacity()
+        self.means.memory_bytes() + 8 * self.totals.capacity()
     }
 }

@@ -10,4 +10,4 @@ pub use answers::{Answer, MomentAnswers};
 #[cfg(test)]
 pub use bounds::mass_bounds;
 pub use bounds::{COUNTS, MOST_POWERS, MassBounds, bias_of, mass_below};
-pub use filtered_row::{DepthScale, MomentRow};
+pub use filtered_row::MomentRow;

@@ -18,6 +18,9 @@ const BLEND_AT_ONE: f64 = 0.0041;
 /// Largest ratio of two knots: beyond it thin media gain nothing.
 const WIDEST: f64 = 4.0;
 
+/// Columns of a band without knots: filtering its rows costs about what asking them does.
+const MOST_COLUMNS: u32 = 64;
+
 /// Weights of a frame's light rays.
 #[derive(Debug, Default)]
 pub struct Weights {
@@ -103,8 +106,10 @@ impl Weights {
     /// The end of the band that begins with the query `first`: as many as have the same references.
     #[inline(always)]
     pub fn band_end(&self, channel: usize, slice: &SliceView<'_>, columns: &[u32], first: usize) -> usize {
-        if self.even || !self.is_plain_sun() {
-            return columns.len();
+        if !self.is_plain_sun() || self.even {
+            // The fewer view rays, the nearer is each to its reference, and the less of the row is in doubt.
+            let last = columns[first] + MOST_COLUMNS;
+            return first + columns[first..].partition_point(|&column| column < last);
         }
         let sines = slice.sines();
         let [near, far] = self.knots(channel, sines[columns[first] as usize]);
