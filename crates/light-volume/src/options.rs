@@ -27,6 +27,9 @@ pub enum Surface {
     /// Every texel at its own depth, with walls between: what the map says by nearest texel.
     #[default]
     Stepped,
+    /// Triangles between the texels' centres (Billeter et al. 2010, Section 4): the base grid, whatever the tessellation. Judged by
+    /// `truth-height-field`; it is not the surface by nearest texel.
+    Interpolated,
 }
 
 /// How fine the mesh is.

@@ -52,9 +52,11 @@ static INFO: TechniqueInfo = TechniqueInfo {
                      over as many as a small map has: ten are allowed, 1e-6; what lies between is the closed form in \
                      f32, of a sun 1e-5 at most, of a lamp twice the 2.3e-5 that was met",
     },
-    // The worst map has three faces of 16 bytes a texel, in lists that may have grown by doubling, and a texel of its own;
-    // a worker holds one tile.
-    memory: MemoryBound { fixed: 16 << 20, a_pixel: 1, a_texel: 112 },
+    // The worst map has three faces a texel at 18 bytes, a row of texels one more, in lists that may have grown by doubling
+    // and chunks that may be half full; and a texel of its own. A worker holds one tile, in
+    // which a ray may cross all texels of a map's row: more than these bytes from 400 texels a side on, and then less than the
+    // texels' own.
+    memory: MemoryBound { fixed: 64 << 20, a_pixel: 1, a_texel: 256 },
     options: &TABLE,
 };
 
@@ -118,7 +120,7 @@ impl Options {
 
 impl Choice for Surface {
     fn names() -> Vec<(&'static str, Self)> {
-        vec![("stepped", Self::Stepped)]
+        vec![("stepped", Self::Stepped), ("interpolated", Self::Interpolated)]
     }
 }
 
