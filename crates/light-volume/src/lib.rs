@@ -16,8 +16,7 @@ mod technique;
 mod tool;
 pub mod volume;
 
-pub use options::{ID, Options, Surface, Tessellation};
-pub use raster::Accumulate;
+pub use options::{Accumulate, ID, Options, Surface, Tessellation};
 pub use surface_light::{SurfaceLight, surface_light};
 pub use technique::{CAPABILITIES, LightVolume};
 pub use tool::{LightVolumeTechnique, TECHNIQUE};

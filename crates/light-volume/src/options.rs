@@ -2,8 +2,6 @@
 
 use scatter_core::Quality;
 
-use crate::raster::Accumulate;
-
 /// The technique's id.
 pub const ID: &str = "light-volume";
 
@@ -30,6 +28,20 @@ pub enum Surface {
     /// Triangles between the texels' centres (Billeter et al. 2010, Section 4): the base grid, whatever the tessellation. Judged by
     /// `truth-height-field`; it is not the surface by nearest texel.
     Interpolated,
+}
+
+/// How crossings become a pixel's radiance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Accumulate {
+    /// Every lit interval by its closed form.
+    #[default]
+    Intervals,
+    /// Signed shares of the pixel's unoccluded light as integers of 2⁻³⁰: what a GPU can do by atomic additions.
+    Shares,
+    /// Signed radiances in f64.
+    Signed,
+    /// Signed radiances in f32: the paper's.
+    SignedSingle,
 }
 
 /// How fine the mesh is.

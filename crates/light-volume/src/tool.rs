@@ -5,8 +5,7 @@ use scatter_core::{
     TechniqueInfo, VolumetricShadow, option_row,
 };
 
-use crate::options::{ID, Options, Surface, Tessellation};
-use crate::raster::Accumulate;
+use crate::options::{Accumulate, ID, Options, Surface, Tessellation};
 use crate::technique::{CAPABILITIES, LightVolume};
 
 static TABLE: OptionTable<Options> = OptionTable {

@@ -14,25 +14,13 @@ use scatter_core::{
     Frame, Light, LightIntegralF32, Projection, RayLanes, RayLight, ViewRay, exp_f32, sun_interval,
 };
 
+use crate::options::Accumulate;
+
 /// Pixels that are worked on side by side.
 pub const LANES: usize = 16;
 
 /// A share of 1 as an integer.
 const WHOLE_SHARE: f32 = (1u32 << 30) as f32;
-
-/// How crossings become a pixel's radiance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Accumulate {
-    /// Every lit interval by its closed form.
-    #[default]
-    Intervals,
-    /// Signed shares of the pixel's unoccluded light as integers of 2⁻³⁰: what a GPU can do by atomic additions.
-    Shares,
-    /// Signed radiances in f64.
-    Signed,
-    /// Signed radiances in f32: the paper's.
-    SignedSingle,
-}
 
 /// A lit interval of a pixel of a tile.
 #[derive(Debug, Clone, Copy, Default)]

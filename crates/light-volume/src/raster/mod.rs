@@ -31,8 +31,6 @@ use integrate::Integrand;
 use ray_fan::{MapFan, RayFan};
 use tile::{Meshes, Most, Scene, TILE, TileWork};
 
-pub use integrate::Accumulate;
-
 /// Meshes and image pass with their buffers, which serve the next frame.
 #[derive(Debug)]
 pub struct Raster {
