@@ -81,10 +81,10 @@ impl Configurable for LightVolumeTechnique {
         &self,
         target: Target,
         overrides: &[(&str, &str)],
-        _facts: &SceneFacts,
+        facts: &SceneFacts,
     ) -> Result<Options, OptionError> {
         match target {
-            Target::Quality(level) => Ok(Options::for_quality(level)),
+            Target::Quality(level) => Ok(Options::for_quality(level, facts.light)),
             Target::Error(error) => {
                 // Sums of signed terms lose what a frame's media make them lose: they promise nothing.
                 let signed = overrides.iter().rfind(|(key, _)| *key == "accumulate");

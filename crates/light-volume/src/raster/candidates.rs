@@ -4,6 +4,7 @@ use fearless_simd::Simd;
 
 use super::beam::{Beam, LANES};
 use super::block_rays::Bounds;
+use super::crossings::make_room;
 use crate::volume::SquareTree;
 use crate::volume::cells::{PATCH, squares};
 
@@ -104,11 +105,11 @@ impl Candidates {
         self.list.len().max(self.longest_stack)
     }
 
-    /// Makes room for so many.
-    pub fn reserve(&mut self, count: usize) {
-        self.list.reserve(count.saturating_sub(self.list.len()));
-        self.boxes.reserve((count / LANES + 1).saturating_sub(self.boxes.len()));
-        self.stack.reserve(count.saturating_sub(self.stack.len()));
+    /// Makes room for twice as many.
+    pub fn make_room(&mut self, most: usize) {
+        make_room(&mut self.list, most);
+        make_room(&mut self.boxes, most / LANES + 1);
+        make_room(&mut self.stack, most);
     }
 
     /// Bytes that it holds.

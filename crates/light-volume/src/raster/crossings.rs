@@ -86,9 +86,9 @@ impl Crossings {
         self.found.push(crossing);
     }
 
-    /// Makes room for so many.
-    pub fn reserve(&mut self, count: usize) {
-        self.found.reserve(count.saturating_sub(self.found.len()));
+    /// Makes room for twice as many.
+    pub fn make_room(&mut self, most: usize) {
+        make_room(&mut self.found, most);
     }
 
     /// How many there are.
@@ -183,6 +183,14 @@ impl Crossings {
             next[ray] += 1;
         }
         offsets
+    }
+}
+
+/// Makes room in a list for twice as many, unless it has a quarter to spare: the next frame's list is about as long as this one's, and
+/// should allocate nothing.
+pub fn make_room<T>(list: &mut Vec<T>, most: usize) {
+    if list.capacity() < most + most / 4 {
+        list.reserve((2 * most).saturating_sub(list.len()));
     }
 }
 

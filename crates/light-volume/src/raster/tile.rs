@@ -21,7 +21,7 @@ use super::beam::Beam;
 use super::block_rays::{BlockRays, Bounds, RAYS, SIDE};
 use super::candidates::{Candidates, code_of};
 use super::coverage::cross;
-use super::crossings::{Crossing, Crossings, ENTERS, LEAVES};
+use super::crossings::{Crossing, Crossings, ENTERS, LEAVES, make_room};
 use super::facets::{cross_facets, starts_behind};
 use super::integrate::{Integrand, LANES, Run, TileSums, along_ray};
 use super::ray_fan::{MapFan, RayFan};
@@ -150,10 +150,10 @@ impl TileWork {
         self.rays.resize_with(BLOCKS, BlockRays::default);
         self.ends.resize(BLOCKS, [0.0; RAYS]);
         self.crossings.resize_with(BLOCKS, Crossings::default);
-        self.crossings.iter_mut().for_each(|list| list.reserve(2 * most.crossings));
-        self.sorted.reserve((2 * most.crossings).saturating_sub(self.sorted.len()));
-        self.runs.reserve((2 * most.runs).saturating_sub(self.runs.len()));
-        self.candidates.reserve(2 * most.candidates);
+        self.crossings.iter_mut().for_each(|list| list.make_room(most.crossings));
+        make_room(&mut self.sorted, most.crossings);
+        make_room(&mut self.runs, most.runs);
+        self.candidates.make_room(most.candidates);
     }
 
     /// Renders the tile at `origin` into rows of the image's width, the first of which is the tile's first row.
