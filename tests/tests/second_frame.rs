@@ -16,12 +16,18 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SIZES: [[u32; 2]; 2] = [[67, 45], [481, 35]];
 
 /// Every technique's options that need buffers of their own, by its id.
-const OPTIONS: [(&str, &[(&str, &str)]); 12] = [
+const OPTIONS: [(&str, &[(&str, &str)]); 18] = [
     ("raymarch", &[("steps", "33"), ("jitter", "1")]),
     ("epipolar", &[("cells", "box"), ("rank", "8")]),
     ("epipolar", &[("integrator", "tree"), ("around", "ring")]),
     ("epipolar", &[("integrator", "cursor"), ("cells", "modes")]),
     ("epipolar", &[("integrator", "sweep"), ("resampling", "rectified")]),
+    ("filtered-prefix", &[("basis", "fourier")]),
+    ("filtered-prefix", &[("certified", "off"), ("coefficients", "4")]),
+    ("light-volume", &[("accumulate", "shares"), ("tessellation", "static")]),
+    ("light-volume", &[("accumulate", "signed"), ("threshold", "0.01")]),
+    ("light-volume", &[("accumulate", "signed-f32")]),
+    ("light-volume", &[("surface", "interpolated")]),
     ("minmax-mipmap", &[("mode", "sampling"), ("edges", "row")]),
     ("minmax-mipmap", &[("mode", "sampling"), ("downscale", "2"), ("tree", "chen")]),
     ("minmax-mipmap", &[("mode", "sampling"), ("refinement", "0.001"), ("slices", "100")]),

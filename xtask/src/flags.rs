@@ -162,6 +162,10 @@ pub struct Render {
     /// Compare with the exact images
     #[arg(long, value_name = "TRUTH", num_args = 0..=1, default_missing_value = "both")]
     pub compare: Option<CompareWith>,
+    /// Write the mesh around the light's shadow, as light-volume has it, with its --set options, as OBJ: walls that have no end
+    /// reach to the farthest surface and half as far again
+    #[arg(long, value_name = "F.obj")]
+    pub export_mesh: Option<PathBuf>,
 }
 
 /// `compare`.
@@ -236,8 +240,12 @@ pub enum CompareWith {
     ShadowMap,
     /// The exact image for the triangles
     Raycast,
-    /// Both of them
+    /// The exact image for the surface that interpolates the shadow map
+    HeightField,
+    /// Shadow map and triangles
     Both,
+    /// All three
+    All,
 }
 
 /// What makes shadow maps.

@@ -5,6 +5,7 @@
 
 mod commands;
 mod flags;
+mod mesh_file;
 mod output;
 mod progress;
 mod run;

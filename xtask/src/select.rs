@@ -10,7 +10,7 @@ use scatter_scene::{
     load_shot,
 };
 use scatter_validate::staged_shot::resized;
-use scatter_validate::{Baseline, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+use scatter_validate::{Baseline, HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
 use crate::flags::{Maps, Rendering, ShadowSource};
 use crate::output::stderr_line;
@@ -39,6 +39,8 @@ pub enum Method {
     ShadowMapTruth,
     /// The exact image for the triangles.
     RaycastTruth,
+    /// The exact image for the surface that interpolates the shadow map.
+    HeightFieldTruth,
 }
 
 /// Finds all named shots; all built-in ones if none is named.
@@ -90,6 +92,7 @@ pub fn method(id: &str) -> anyhow::Result<Method> {
     match id {
         SHADOW_MAP_TRUTH => Ok(Method::ShadowMapTruth),
         RAYCAST_TRUTH => Ok(Method::RaycastTruth),
+        HEIGHT_FIELD_TRUTH => Ok(Method::HeightFieldTruth),
         _ => match technique(id) {
             Some(technique) => Ok(Method::Technique(technique)),
             None => bail!("--method {id}: no such technique; there are {}", method_ids().join(", ")),
@@ -100,7 +103,7 @@ pub fn method(id: &str) -> anyhow::Result<Method> {
 /// All ids that `--method` takes.
 pub fn method_ids() -> Vec<&'static str> {
     let techniques = TECHNIQUES.iter().map(|technique| technique.info().id);
-    [RAYCAST_TRUTH, SHADOW_MAP_TRUTH].into_iter().chain(techniques).collect()
+    [RAYCAST_TRUTH, SHADOW_MAP_TRUTH, HEIGHT_FIELD_TRUTH].into_iter().chain(techniques).collect()
 }
 
 /// The marcher, with its step count.

@@ -11,11 +11,12 @@
 
 pub mod options;
 pub mod raster;
+pub mod surface_light;
 mod technique;
 mod tool;
 pub mod volume;
 
-pub use options::{ID, Options, Surface, Tessellation};
-pub use raster::Accumulate;
+pub use options::{Accumulate, ID, Options, Surface, Tessellation};
+pub use surface_light::{SurfaceLight, surface_light};
 pub use technique::{CAPABILITIES, LightVolume};
 pub use tool::{LightVolumeTechnique, TECHNIQUE};

@@ -1,8 +1,6 @@
 //! Options of the technique: which surface the mesh has, how fine it is, and how crossings become radiance.
 
-use scatter_core::Quality;
-
-use crate::raster::Accumulate;
+use scatter_core::{LightKind, Quality};
 
 /// The technique's id.
 pub const ID: &str = "light-volume";
@@ -27,6 +25,23 @@ pub enum Surface {
     /// Every texel at its own depth, with walls between: what the map says by nearest texel.
     #[default]
     Stepped,
+    /// Triangles between the texels' centres (Billeter et al. 2010, Section 4): the base grid, whatever the tessellation. Judged by
+    /// `truth-height-field`; it is not the surface by nearest texel.
+    Interpolated,
+}
+
+/// How crossings become a pixel's radiance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Accumulate {
+    /// Every lit interval by its closed form.
+    #[default]
+    Intervals,
+    /// Signed shares of the pixel's unoccluded light as integers of 2⁻³⁰: what a GPU can do by atomic additions.
+    Shares,
+    /// Signed radiances in f64.
+    Signed,
+    /// Signed radiances in f32: the paper's.
+    SignedSingle,
 }
 
 /// How fine the mesh is.
@@ -41,17 +56,18 @@ pub enum Tessellation {
 
 impl Default for Options {
     fn default() -> Self {
-        Self::for_quality(Quality::default())
+        Self::exact()
     }
 }
 
 impl Options {
-    /// What a level chooses: a threshold that was measured to keep it on the shots of the workshop.
-    pub fn for_quality(level: Quality) -> Self {
-        let threshold = match level {
-            Quality::Preview => 0.0,
-            Quality::Game => 0.0,
-            Quality::Film => 0.0,
+    /// What a level chooses for a light. Under a sun the exact mesh, which keeps every level: a coarser one saves little there.
+    /// Around a lamp thresholds of which the shots of the workshop use a third of a level's error at the most; `film` is exact.
+    pub fn for_quality(level: Quality, light: LightKind) -> Self {
+        let threshold = match (light, level) {
+            (LightKind::Directional, _) | (_, Quality::Film) => 0.0,
+            (_, Quality::Game) => 0.003,
+            (_, Quality::Preview) => 0.01,
         };
         Self { threshold, ..Self::exact() }
     }

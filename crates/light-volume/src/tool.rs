@@ -5,8 +5,7 @@ use scatter_core::{
     TechniqueInfo, VolumetricShadow, option_row,
 };
 
-use crate::options::{ID, Options, Surface, Tessellation};
-use crate::raster::Accumulate;
+use crate::options::{Accumulate, ID, Options, Surface, Tessellation};
 use crate::technique::{CAPABILITIES, LightVolume};
 
 static TABLE: OptionTable<Options> = OptionTable {
@@ -52,9 +51,11 @@ static INFO: TechniqueInfo = TechniqueInfo {
                      over as many as a small map has: ten are allowed, 1e-6; what lies between is the closed form in \
                      f32, of a sun 1e-5 at most, of a lamp twice the 2.3e-5 that was met",
     },
-    // The worst map has three faces of 16 bytes a texel, in lists that may have grown by doubling, and a texel of its own;
-    // a worker holds one tile.
-    memory: MemoryBound { fixed: 16 << 20, a_pixel: 1, a_texel: 112 },
+    // The worst map has three faces a texel at 18 bytes, a row of texels one more, in lists that may have grown by doubling
+    // and chunks that may be half full; and a texel of its own. A worker holds one tile, in
+    // which a ray may cross all texels of a map's row: more than these bytes from 400 texels a side on, and then less than the
+    // texels' own.
+    memory: MemoryBound { fixed: 64 << 20, a_pixel: 1, a_texel: 256 },
     options: &TABLE,
 };
 
@@ -80,10 +81,10 @@ impl Configurable for LightVolumeTechnique {
         &self,
         target: Target,
         overrides: &[(&str, &str)],
-        _facts: &SceneFacts,
+        facts: &SceneFacts,
     ) -> Result<Options, OptionError> {
         match target {
-            Target::Quality(level) => Ok(Options::for_quality(level)),
+            Target::Quality(level) => Ok(Options::for_quality(level, facts.light)),
             Target::Error(error) => {
                 // Sums of signed terms lose what a frame's media make them lose: they promise nothing.
                 let signed = overrides.iter().rfind(|(key, _)| *key == "accumulate");
@@ -118,7 +119,7 @@ impl Options {
 
 impl Choice for Surface {
     fn names() -> Vec<(&'static str, Self)> {
-        vec![("stepped", Self::Stepped)]
+        vec![("stepped", Self::Stepped), ("interpolated", Self::Interpolated)]
     }
 }
 

@@ -127,3 +127,41 @@ fn suns_in_height_fog_are_what_the_exact_walk_says() {
         }
     }
 }
+
+/// The eye inside the light, in the shadow, on a cap, on a wall, on both, on the map's border and outside of it: numbers tie there.
+/// No ray of an image of even size runs within a plane of the mesh.
+#[test]
+fn the_eye_may_be_anywhere_even_on_the_border_of_the_shadow() {
+    use scatter_core::{Camera, MapProjection};
+    let mut seen = Seen::default();
+    let mut stock = OwnedFrame::stock(MapKind::Orthographic, [16, 10], 8, Filling::Constant(5.0));
+    stock.light = Light::directional([0.0, -1.0, 0.0], [2.0; 3]).unwrap();
+    // Columns run along x, rows along z, a texel a unit each, from −4 to 4; depth 0 at y = 8.
+    let (origin, down, up) = ([0.0, 8.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]);
+    stock.projections = vec![MapProjection::orthographic(origin, down, up, [4.0; 2], [8; 2]).unwrap()];
+    stock.texels = vec![(0..64).map(|n| if (n % 8 + n / 8) % 3 == 0 { 5.0 } else { 7.0 }).collect()];
+    let eyes = [
+        ("in the light", [0.3, 4.0, 0.4]),
+        ("in the shadow", [0.3, 0.5, 0.4]),
+        ("on a cap", [0.5, 3.0, 0.5]),
+        ("on a wall", [1.0, 2.0, 0.5]),
+        ("on an edge along the light", [1.0, 2.0, 1.0]),
+        ("on an edge of a cap", [1.0, 3.0, 0.5]),
+        ("on a corner", [1.0, 3.0, 1.0]),
+        ("on the map's border", [-4.0, 2.0, 0.5]),
+        ("on the map's corner", [4.0, 3.0, 4.0]),
+        ("outside of the map", [-6.0, 1.0, 0.3]),
+        ("above the light's plane", [0.3, 9.0, 0.4]),
+    ];
+    for (what, eye) in eyes {
+        for way in [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [-0.6, -0.4, 0.7]] {
+            let target = [0, 1, 2].map(|axis| eye[axis] + way[axis]);
+            let camera_up = if f64::abs(way[1]) > 0.5 { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
+            let frame = OwnedFrame {
+                camera: Camera::perspective(eye, target, camera_up, 80.0, [16, 10]).unwrap(),
+                ..stock.clone()
+            };
+            seen.hold(&frame, &format!("{what}, looking along {way:?}"));
+        }
+    }
+}

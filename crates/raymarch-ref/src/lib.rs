@@ -1,8 +1,10 @@
 //! The brute-force marcher that every technique races, and the exact walk through a shadow map that judges them.
 //!
-//! [`ShadowMapWalk`] is shadow-map truth: f64, no step size, no options. [`RayMarch`] is the honest opponent: f32,
+//! [`ShadowMapWalk`] is shadow-map truth: f64, no step size, no options. [`HeightFieldWalk`] is the same for the surface that
+//! interpolates the map, which techniques that do so are judged by. [`RayMarch`] is the honest opponent: f32,
 //! SIMD, a number of steps. They share how a view ray is cut by the maps of a light, and nothing else.
 
+mod height_field;
 mod map_segments;
 mod march;
 mod walk;
@@ -11,6 +13,7 @@ use scatter_core::{
     CameraKind, Capabilities, ExtinctionKind, LightKind, Limits, MAX_CASCADES, MapKind, PhaseKind,
 };
 
+pub use height_field::{HEIGHT_FIELD_ID, HeightFieldWalk};
 pub use march::{Distribution, MARCH_ID, MOST_STEPS, Options, RayMarch, RayMarchTechnique, TECHNIQUE};
 pub use walk::{ShadowMapWalk, WALK_ID};
 

@@ -22,7 +22,8 @@ use crate::map_segments::{inside, visit_segments};
 use dimmed_parts::dimmed_radiance;
 use map_path::MapPath;
 use min_max_tree::MinMaxTrees;
-use texel_walk::{LitParts, walk_layer};
+pub use texel_walk::LitParts;
+use texel_walk::walk_layer;
 
 /// Pixels along the side of a tile, whose rays pass the same part of the map. Smaller tiles read it more often,
 /// larger ones keep threads idle.
@@ -198,7 +199,7 @@ impl VolumetricShadow for ShadowMapWalk {
 
 /// Adds a lit stretch behind a colour texture, `add(colour, from, to)`: piece by piece of the texture's texels, neighbours of one colour
 /// together.
-fn add_coloured(
+pub fn add_coloured(
     texture: &LightTexture<'_>,
     eye: DVec3,
     ray: &ViewRay,

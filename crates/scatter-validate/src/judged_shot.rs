@@ -104,7 +104,8 @@ impl JudgedShot {
             let is_other = !std::ptr::eq(truth, image);
             is_other.then(|| against(self.shot(), truth, image)).transpose()
         };
-        Ok(Errors { shadow_map: beside(self.map_truth())?, raycast: beside(&self.raycast)? })
+        let (shadow_map, raycast) = (beside(self.map_truth())?, beside(&self.raycast)?);
+        Ok(Errors { shadow_map, raycast, height_field: None })
     }
 
     /// The shadow map's own error: shadow-map truth against ray-cast truth.

@@ -61,4 +61,4 @@ pub use step_search::StepSearch;
 pub use survey::{Survey, survey};
 pub use table::table;
 pub use tolerance::{ToleranceError, Tolerances};
-pub use truths::{RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+pub use truths::{HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};

@@ -59,7 +59,7 @@ pub struct Row {
     pub note: Option<String>,
 }
 
-/// Error figures against the two truths.
+/// Error figures against the truths.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Errors {
     /// Against shadow-map truth: the technique's own error.
@@ -68,6 +68,9 @@ pub struct Errors {
     /// Against ray-cast truth: with the shadow map's error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub raycast: Option<Figures>,
+    /// Against height-field truth: the own error of a technique that interpolates the shadow map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height_field: Option<Figures>,
 }
 
 /// The judgement on a row.

@@ -1,6 +1,6 @@
-//! The two truths of a staged shot, by their ids and as images: both exact, without options and without a level.
+//! The truths of a staged shot, by their ids and as images: all exact, without options and without a level.
 
-use raymarch_ref::ShadowMapWalk;
+use raymarch_ref::{HEIGHT_FIELD_ID, HeightFieldWalk, ShadowMapWalk};
 use scatter_core::VolumetricShadow;
 use scatter_scene::RaycastTruth;
 
@@ -11,6 +11,14 @@ use crate::staged_shot::{StageError, StagedShot};
 pub const SHADOW_MAP_TRUTH: &str = "truth-shadow-map";
 /// Id of ray-cast truth.
 pub const RAYCAST_TRUTH: &str = "truth-raycast";
+
+/// Id of height-field truth.
+pub const HEIGHT_FIELD_TRUTH: &str = HEIGHT_FIELD_ID;
+
+/// The exact image for the surface that interpolates the shot's shadow maps.
+pub fn height_field_truth(shot: &StagedShot) -> Result<Measurement, StageError> {
+    measured(shot, &mut HeightFieldWalk)
+}
 
 /// The exact image for the shot's shadow maps.
 pub fn shadow_map_truth(shot: &StagedShot) -> Result<Measurement, StageError> {

@@ -3,17 +3,20 @@
 use std::fmt::Write;
 
 use anyhow::{Context, bail};
-use raymarch_ref::ShadowMapWalk;
+use raymarch_ref::{HeightFieldWalk, ShadowMapWalk};
 use scatter::Target;
 use scatter_scene::{RaycastTruth, write_exr, write_png};
 use scatter_validate::judged_shot::against;
 use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
 use scatter_validate::report::exposure;
-use scatter_validate::truths::{raycast_truth, shadow_map_truth};
-use scatter_validate::{Errors, RAYCAST_TRUTH, Row, SHADOW_MAP_TRUTH, Settings, StagedShot};
+use scatter_validate::truths::{height_field_truth, raycast_truth, shadow_map_truth};
+use scatter_validate::{
+    Errors, HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, Row, SHADOW_MAP_TRUTH, Settings, StagedShot,
+};
 
 use crate::Verdict;
 use crate::flags::{CompareWith, Render};
+use crate::mesh_file::export_mesh;
 use crate::output::{check_writable, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
@@ -32,13 +35,14 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
         Method::Technique(technique) => check_options(rendering, &[technique])?,
         _ => check_options(rendering, &[])?,
     }
-    if flags.out.is_none() && flags.png.is_none() && !rendering.json && flags.compare.is_none() {
+    let has_use = flags.out.is_some() || flags.png.is_some() || flags.export_mesh.is_some();
+    if !has_use && !rendering.json && flags.compare.is_none() {
         bail!("render: nothing to do with the image; give --out F.exr, --png F.png, --compare or --json");
     }
     if flags.out.is_some() && flags.out == flags.png {
         bail!("--out and --png name the same file; give two");
     }
-    for path in [&flags.out, &flags.png].into_iter().flatten() {
+    for path in [&flags.out, &flags.png, &flags.export_mesh].into_iter().flatten() {
         check_writable(path)?;
     }
     let raster = raster_device(&rendering.maps)?;
@@ -82,7 +86,8 @@ fn render(
     let device = settings.raster.as_ref();
     // The triangles' truth reads no maps, and they may take longer than it does.
     let reads_maps = !matches!(method, Method::RaycastTruth)
-        || matches!(flags.compare, Some(CompareWith::ShadowMap | CompareWith::Both));
+        || flags.export_mesh.is_some()
+        || !matches!(flags.compare, None | Some(CompareWith::Raycast));
     progress.stage(&format!("{}: {}", shot.name, if reads_maps { "maps" } else { "tree" }));
     let mut shot = if reads_maps {
         StagedShot::with_source(shot, settings.resolution, device)?
@@ -107,7 +112,8 @@ fn render(
     }
     let wants = |truth: CompareWith, truth_id: &str| match flags.compare {
         // An image is not compared with itself; asked for by name, that is an error.
-        Some(CompareWith::Both) => truth_id != id,
+        Some(CompareWith::Both) => truth_id != id && truth != CompareWith::HeightField,
+        Some(CompareWith::All) => truth_id != id,
         Some(wanted) => wanted == truth,
         None => false,
     };
@@ -116,6 +122,15 @@ fn render(
         progress.stage(&format!("{}: {SHADOW_MAP_TRUTH}", shot.name()));
         let truth = if id == SHADOW_MAP_TRUTH { measurement.clone() } else { shadow_map_truth(&shot)? };
         errors.shadow_map = Some(against(&shot, &truth, &measurement)?);
+    }
+    if wants(CompareWith::HeightField, HEIGHT_FIELD_TRUTH) {
+        progress.stage(&format!("{}: {HEIGHT_FIELD_TRUTH}", shot.name()));
+        let truth = if id == HEIGHT_FIELD_TRUTH { measurement.clone() } else { height_field_truth(&shot)? };
+        errors.height_field = Some(against(&shot, &truth, &measurement)?);
+    }
+    if let Some(path) = &flags.export_mesh {
+        progress.stage(&format!("{}: mesh", shot.name()));
+        export_mesh(path, &shot, &overrides(settings))?;
     }
     shot.drop_maps();
     if wants(CompareWith::Raycast, RAYCAST_TRUTH) {
@@ -137,11 +152,12 @@ fn overrides(settings: &Settings) -> Vec<(&str, &str)> {
 }
 
 fn rendered(method: Method, shot: &StagedShot, settings: &Settings) -> anyhow::Result<Measurement> {
-    let mut walk = ShadowMapWalk::new();
+    let (mut walk, mut height_field) = (ShadowMapWalk::new(), HeightFieldWalk);
     let mut raycast = RaycastTruth::new(shot.caster());
     let mut renderer = match method {
         Method::ShadowMapTruth => Renderer::Shared(&mut walk),
         Method::RaycastTruth => Renderer::Shared(&mut raycast),
+        Method::HeightFieldTruth => Renderer::Shared(&mut height_field),
         Method::Technique(technique) => {
             let target = Target::Quality(settings.quality);
             Renderer::configured(technique, target, &overrides(settings), shot)?.context("--set")?
@@ -173,7 +189,11 @@ fn summary(row: &Row) -> String {
     for (name, count) in &row.counts {
         let _ = writeln!(text, "  {name:<20} {count:>12}");
     }
-    let truths = [(SHADOW_MAP_TRUTH, row.errors.shadow_map), (RAYCAST_TRUTH, row.errors.raycast)];
+    let truths = [
+        (SHADOW_MAP_TRUTH, row.errors.shadow_map),
+        (RAYCAST_TRUTH, row.errors.raycast),
+        (HEIGHT_FIELD_TRUTH, row.errors.height_field),
+    ];
     for (truth, figures) in truths {
         let Some(f) = figures else { continue };
         let _ = writeln!(

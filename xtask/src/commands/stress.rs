@@ -94,6 +94,9 @@ fn contenders(ids: &[String]) -> anyhow::Result<Vec<Contender<'static>>> {
         match method(id)? {
             Method::Technique(technique) => techniques.push(technique),
             Method::ShadowMapTruth => {}
+            Method::HeightFieldTruth => anyhow::bail!(
+                "--method {id}: it judges interpolated maps alone, which extremes are not; give another one"
+            ),
             Method::RaycastTruth => anyhow::bail!(
                 "--method {id}: it ignores shadow maps, and the extremes have no triangles; give another one"
             ),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use scatter::{TECHNIQUES, Technique};
 use scatter_scene::RasterDevice;
 use scatter_validate::regression::Comparison;
@@ -10,7 +10,8 @@ use scatter_validate::report::{Report, Section};
 use scatter_validate::stress::StressResult;
 use scatter_validate::stress::row::StressRow;
 use scatter_validate::{
-    Contender, Document, Machine, Matrix, Regression, Row, Settings, Tolerances, maps_table, table,
+    Contender, Document, HEIGHT_FIELD_TRUTH, Machine, Matrix, Regression, Row, Settings, Tolerances,
+    maps_table, table,
 };
 use serde::Serialize;
 
@@ -36,6 +37,11 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     let earlier = flags.baseline.as_deref().map(read_baseline).transpose()?;
     let raster = raster_device(&rendering.maps)?;
     let methods = rendering.methods.iter().map(|id| method(id)).collect::<anyhow::Result<Vec<Method>>>()?;
+    if methods.iter().any(|m| matches!(m, Method::HeightFieldTruth)) {
+        bail!(
+            "--method {HEIGHT_FIELD_TRUTH}: techniques are judged by the map's nearest texels; compare one with it by render --compare"
+        );
+    }
     let techniques: Vec<&'static dyn Technique> = if methods.is_empty() && foreign.is_none() {
         TECHNIQUES.to_vec()
     } else {

@@ -116,8 +116,8 @@ impl Beam {
                 Latest::BothWays => {}
             }
         }
-        from = from * real(1.0 - MARGIN);
-        to = to * real(1.0 + MARGIN);
+        from *= real(1.0 - MARGIN);
+        to *= real(1.0 + MARGIN);
         let [[least, greatest], [slowest, fastest]] = self.codes.map(|pair| pair.map(real));
         let nearest = least + (slowest * from).min(slowest * to);
         let farthest = greatest + (fastest * from).max(fastest * to);

@@ -34,6 +34,8 @@ pub struct BlockRays {
     pub start: [Reals; 3],
     /// s for a unit of each; ±1e30 where it does not change.
     pub inverse: [Reals; 3],
+    /// The change of each for a unit of s.
+    pub step: [Reals; 3],
     /// Where rays end, in s; ≤ 0 where there is none.
     pub end: Reals,
     /// The same starts in f64, and their inverses.
@@ -82,6 +84,7 @@ impl Default for BlockRays {
         Self {
             start: [[0.0; RAYS]; 3],
             inverse: [[1.0; RAYS]; 3],
+            step: [[1.0; RAYS]; 3],
             end: [0.0; RAYS],
             exact: [[[0.0; 2]; 3]; RAYS],
             base: [[0.0; 2]; RAYS],
@@ -98,18 +101,18 @@ impl BlockRays {
         let mut lost = 0;
         self.bounds = Bounds::EMPTY;
         let starts_at_eye = fan.one_start && fan.perspective && is_before(fan, &fan.path([x, y]));
-        for ray in 0..RAYS {
+        for (ray, &end) in ends.iter().enumerate() {
             let path = fan.path([x + ray as u32 % SIDE, y + ray as u32 / SIDE]);
             let line = if !fan.perspective {
-                Some(Line::parallel(&path, ends[ray]))
+                Some(Line::parallel(&path, end))
             } else if starts_at_eye {
-                Line::projective(&path, 0.0, ends[ray])
+                Line::projective(&path, 0.0, end)
             } else {
-                let [from, to] = fan.clip(&path, [0.0, ends[ray]]);
-                if from < to { Line::projective(&path, from, ends[ray]) } else { None }
+                let [from, to] = fan.clip(&path, [0.0, end]);
+                if from < to { Line::projective(&path, from, end) } else { None }
             };
             // A ray that misses the layer crosses nothing in it.
-            let line = line.filter(|_| ends[ray] > 0.0).unwrap_or(Line::NONE);
+            let line = line.filter(|_| end > 0.0).unwrap_or(Line::NONE);
             let is_sane =
                 line.start.iter().chain(&line.step).all(|value| value.abs() < 1e15) && line.end >= 0.0;
             if !is_sane {
@@ -132,6 +135,7 @@ impl BlockRays {
             self.exact[ray][axis] = [start, inverse];
             self.start[axis][ray] = start as f32;
             self.inverse[axis][ray] = inverse as f32;
+            self.step[axis][ray] = step as f32;
             if exists {
                 let (start, step) = (start as f32, step as f32);
                 bounds.start[axis] = [bounds.start[axis][0].min(start), bounds.start[axis][1].max(start)];
@@ -149,10 +153,7 @@ impl BlockRays {
     pub fn depth_of(&self, ray: usize, axis: usize, at: f64) -> f64 {
         let [start, inverse] = self.exact[ray][axis];
         let s = (at - start) * inverse;
-        let [base, bend] = self.base[ray];
-        let nearer = 1.0 - s * bend;
-        // Of the last depth before infinity nothing may be left but rounding.
-        if nearer > 0.0 { base + s / nearer } else { f64::INFINITY }
+        self.depth_at(ray, s)
     }
 
     /// The camera's depth at s = 0.
@@ -178,6 +179,41 @@ impl BlockRays {
             texel[axis] = index as u32;
         }
         Some(texel)
+    }
+
+    /// The cell between texels' centres in which a ray starts, as its crossings have it, and whether it starts in the right and in
+    /// the lower half of it; `None` outside of a map of that size.
+    #[inline(always)]
+    pub fn first_cell(&self, ray: usize, size: [u32; 2]) -> Option<([u32; 2], [bool; 2])> {
+        let texel = self.first_texel(ray, size)?;
+        let (mut cell, mut half) = ([0; 2], [false; 2]);
+        for axis in 0..2 {
+            let (start, rises) = (self.start[axis][ray], self.inverse[axis][ray] > 0.0);
+            // The centre of the texel, behind which the next cell begins.
+            let centre = texel[axis] as f32 + 0.5;
+            let is_past = if rises { start >= centre } else { start > centre };
+            cell[axis] = texel[axis] + u32::from(is_past);
+            half[axis] = !is_past;
+        }
+        Some((cell, half))
+    }
+
+    /// The parameter where a plane lies that a ray crosses: `at` its height above a point of the ray at s = 0 in code, `slopes` its
+    /// change a column and a row. In f64.
+    #[inline(always)]
+    pub fn plane_crossing(&self, ray: usize, height: impl Fn(f64, f64) -> f64, slopes: [f64; 2]) -> f64 {
+        let [u, v, code] = self.exact[ray];
+        let above = height(u[0], v[0]) - code[0];
+        above / (1.0 / code[1] - slopes[0] / u[1] - slopes[1] / v[1])
+    }
+
+    /// The camera's depth at a parameter, in f64.
+    #[inline(always)]
+    pub fn depth_at(&self, ray: usize, s: f64) -> f64 {
+        let [base, bend] = self.base[ray];
+        let nearer = 1.0 - s * bend;
+        // Of the last depth before infinity nothing may be left but rounding.
+        if nearer > 0.0 { base + s / nearer } else { f64::INFINITY }
     }
 
     /// Whether a ray starts behind a cap of that code.

@@ -4,16 +4,15 @@ use fearless_simd::Simd;
 
 use super::beam::{Beam, LANES};
 use super::block_rays::Bounds;
+use super::crossings::make_room;
+use crate::volume::SquareTree;
 use crate::volume::cells::{PATCH, squares};
-use crate::volume::{Patch, SteppedVolume};
 
 /// A square with faces.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
     /// Its first patch: column and row of patches.
     pub place: [u32; 2],
-    /// That patch.
-    pub patch: Patch,
 }
 
 /// Squares with faces that rays of a tile may cross; buffers are reused.
@@ -23,6 +22,7 @@ pub struct Candidates {
     boxes: Vec<[[f32; LANES]; 6]>,
     list: Vec<Candidate>,
     stack: Vec<(u8, [u16; 2])>,
+    longest_stack: usize,
 }
 
 /// The code of a depth: what is affine along a ray.
@@ -35,15 +35,16 @@ pub fn code_of(depth: f32, perspective: bool) -> f32 {
 impl Candidates {
     /// Finds the squares of a mesh that rays within `bounds` may cross. O(squares found · log).
     #[inline(always)]
-    pub fn find(&mut self, volume: &SteppedVolume, perspective: bool, bounds: &Bounds) {
+    pub fn find(&mut self, volume: &impl SquareTree, perspective: bool, bounds: &Bounds) {
         self.list.clear();
         self.boxes.clear();
         self.stack.clear();
         if !(bounds.end > 0.0) {
             return;
         }
+        self.longest_stack = 4 * (volume.coarsest() + 1);
         self.stack.push((volume.coarsest() as u8, [0; 2]));
-        let size = volume.size();
+        let size = volume.cells();
         let beam = Beam::new(bounds);
         while let Some((level, place)) = self.stack.pop() {
             let (level, place) = (level as usize, place.map(u32::from));
@@ -51,19 +52,16 @@ impl Candidates {
             if !(spread[0] <= spread[1]) {
                 continue;
             }
-            let first = place.map(|n| (n * (PATCH << level)) as f32);
-            let last = [0, 1].map(|axis| (first[axis] + (PATCH << level) as f32).min(size[axis] as f32));
+            let first = place.map(|n| (n * (PATCH << level)) as f32 + volume.origin());
+            let last = [0, 1]
+                .map(|axis| (first[axis] + (PATCH << level) as f32).min(size[axis] as f32 + volume.origin()));
             let codes = spread.map(|depth| code_of(depth, perspective));
             let square = [first[0], last[0], first[1], last[1], codes[0], codes[1]];
             if !beam.crosses(&square) {
                 continue;
             }
-            let first_patch = place.map(|n| n << level);
-            let patch = volume.patch(first_patch);
-            if level == 0 || patch.level() == level {
-                if !patch.is_empty() {
-                    self.push(Candidate { place: first_patch, patch: *patch }, &square);
-                }
+            if level == 0 || volume.is_whole(level, place) {
+                self.push(Candidate { place: place.map(|n| n << level) }, &square);
                 continue;
             }
             let finer = squares(size, level - 1);
@@ -100,6 +98,18 @@ impl Candidates {
                 each(&candidates[index]);
             }
         }
+    }
+
+    /// How many it needs room for: what it has, or had to look at.
+    pub fn len(&self) -> usize {
+        self.list.len().max(self.longest_stack)
+    }
+
+    /// Makes room for twice as many.
+    pub fn make_room(&mut self, most: usize) {
+        make_room(&mut self.list, most);
+        make_room(&mut self.boxes, most / LANES + 1);
+        make_room(&mut self.stack, most);
     }
 
     /// Bytes that it holds.

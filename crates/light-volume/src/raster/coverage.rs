@@ -67,7 +67,7 @@ pub fn cross<S: Simd>(
     crossings: &mut Crossings,
 ) -> u64 {
     let mut met = 0;
-    for chunk in volume.faces(candidate.place[1], &candidate.patch) {
+    for chunk in volume.faces(candidate.place[1], volume.patch(candidate.place)) {
         let (boxes, codes) = boxes_of(chunk, perspective);
         let mut faces = beam.crosses_sixteen(simd, &boxes) & ((1u64 << chunk.count) - 1);
         met += u64::from(faces.count_ones());
@@ -109,15 +109,16 @@ fn boxes_of(chunk: &Chunk, perspective: bool) -> ([[f32; LANES]; 6], [[f32; LANE
         }
     }
     for axis in 0..2 {
-        for lane in 0..LANES {
-            let first = chunk.origin[axis] + f32::from(chunk.first[axis][lane]);
+        let (borders, extents) = (&chunk.first[axis], &chunk.extent[axis]);
+        for (lane, (border, extent)) in borders.iter().zip(extents).enumerate() {
+            let first = chunk.origin[axis] + f32::from(*border);
             boxes[2 * axis][lane] = first;
-            boxes[2 * axis + 1][lane] = first + f32::from(chunk.extent[axis][lane]);
+            boxes[2 * axis + 1][lane] = first + f32::from(*extent);
         }
     }
-    for lane in 0..LANES {
-        boxes[4][lane] = codes[0][lane].min(codes[1][lane]);
-        boxes[5][lane] = codes[0][lane].max(codes[1][lane]);
+    for (lane, (before, behind)) in codes[0].iter().zip(&codes[1]).enumerate() {
+        boxes[4][lane] = before.min(*behind);
+        boxes[5][lane] = before.max(*behind);
     }
     (boxes, codes)
 }

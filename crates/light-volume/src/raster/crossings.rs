@@ -59,8 +59,6 @@ pub struct Starts {
 #[derive(Debug, Clone)]
 pub struct Crossings {
     found: Vec<Crossing>,
-    /// By ray, each ray's in order.
-    sorted: Vec<Crossing>,
     /// How each layer's rays start.
     pub starts: [Starts; MAX_CASCADES],
     /// Rays that are to be walked in f64.
@@ -70,7 +68,7 @@ pub struct Crossings {
 impl Default for Crossings {
     fn default() -> Self {
         let starts = [Starts::default(); MAX_CASCADES];
-        Self { found: Vec::new(), sorted: Vec::new(), starts, walked: 0 }
+        Self { found: Vec::new(), starts, walked: 0 }
     }
 }
 
@@ -88,6 +86,11 @@ impl Crossings {
         self.found.push(crossing);
     }
 
+    /// Makes room for twice as many.
+    pub fn make_room(&mut self, most: usize) {
+        make_room(&mut self.found, most);
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.found.len()
@@ -95,7 +98,7 @@ impl Crossings {
 
     /// Bytes that it holds.
     pub fn memory_bytes(&self) -> u64 {
-        ((self.found.capacity() + self.sorted.capacity()) * size_of::<Crossing>()) as u64
+        (self.found.capacity() * size_of::<Crossing>()) as u64
     }
 
     /// Marks rays of a cube to be walked that are in none of its faces over more than a millionth of their way: faces meet
@@ -125,23 +128,24 @@ impl Crossings {
     }
 
     /// Calls `lit(ray, from, to)` for the lit intervals of all rays that end at the camera's depths `ends`, each ray's in
-    /// order. `cuts` says that several layers decide. Rays whose signs do not add up are marked to be walked, and have none;
+    /// order. `cuts` says that several layers decide; `sorted` is room for them. Rays whose signs do not add up are marked to be walked, and have none;
     /// returns how many they are.
     #[inline(always)]
     pub fn lit_intervals(
         &mut self,
         ends: &[f64; RAYS],
         (layer_count, cuts): (usize, bool),
+        sorted: &mut Vec<Crossing>,
         mut lit: impl FnMut(usize, f64, f64),
     ) -> u64 {
-        let offsets = self.sort();
+        let offsets = self.sort(sorted);
         let mut violations = 0;
         for ray in 0..RAYS {
             let end = ends[ray];
             if !(end > 0.0) || self.walked >> ray & 1 != 0 {
                 continue;
             }
-            let events = &self.sorted[offsets[ray] as usize..offsets[ray + 1] as usize];
+            let events = &sorted[offsets[ray] as usize..offsets[ray + 1] as usize];
             let counts = Counts::new(&self.starts, ray, layer_count, cuts);
             if !counts.clone().add_up(events, end) {
                 self.walked |= 1 << ray;
@@ -155,7 +159,7 @@ impl Crossings {
 
     /// Sorts all by ray and depth; returns where each ray's begin.
     #[inline(always)]
-    fn sort(&mut self) -> [u32; RAYS + 1] {
+    fn sort(&self, sorted: &mut Vec<Crossing>) -> [u32; RAYS + 1] {
         let mut offsets = [0u32; RAYS + 1];
         for crossing in &self.found {
             offsets[crossing.ray as usize + 1] += 1;
@@ -164,21 +168,29 @@ impl Crossings {
             offsets[ray + 1] += offsets[ray];
         }
         let mut next = offsets;
-        self.sorted.clear();
-        self.sorted.resize(self.found.len(), Crossing::default());
+        sorted.clear();
+        sorted.resize(self.found.len(), Crossing::default());
         for crossing in &self.found {
             let ray = crossing.ray as usize;
             // Into its place among the ray's, which are few.
             let mut at = next[ray] as usize;
             let first = offsets[ray] as usize;
-            while at > first && crossing.comes_before(&self.sorted[at - 1]) {
-                self.sorted[at] = self.sorted[at - 1];
+            while at > first && crossing.comes_before(&sorted[at - 1]) {
+                sorted[at] = sorted[at - 1];
                 at -= 1;
             }
-            self.sorted[at] = *crossing;
+            sorted[at] = *crossing;
             next[ray] += 1;
         }
         offsets
+    }
+}
+
+/// Makes room in a list for twice as many, unless it has a quarter to spare: the next frame's list is about as long as this one's, and
+/// should allocate nothing.
+pub fn make_room<T>(list: &mut Vec<T>, most: usize) {
+    if list.capacity() < most + most / 4 {
+        list.reserve((2 * most).saturating_sub(list.len()));
     }
 }
 
@@ -283,7 +295,8 @@ mod tests {
         let mut found = Vec::new();
         let mut ends = [0.0; RAYS];
         (ends[3], ends[5]) = (10.0, 8.0);
-        let violations = crossings.lit_intervals(&ends, (layers, cuts), |ray, a, b| found.push((ray, a, b)));
+        let violations = crossings
+            .lit_intervals(&ends, (layers, cuts), &mut Vec::new(), |ray, a, b| found.push((ray, a, b)));
         (found, violations)
     }
 

@@ -14,25 +14,13 @@ use scatter_core::{
     Frame, Light, LightIntegralF32, Projection, RayLanes, RayLight, ViewRay, exp_f32, sun_interval,
 };
 
+use crate::options::Accumulate;
+
 /// Pixels that are worked on side by side.
 pub const LANES: usize = 16;
 
 /// A share of 1 as an integer.
 const WHOLE_SHARE: f32 = (1u32 << 30) as f32;
-
-/// How crossings become a pixel's radiance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Accumulate {
-    /// Every lit interval by its closed form.
-    #[default]
-    Intervals,
-    /// Signed shares of the pixel's unoccluded light as integers of 2⁻³⁰: what a GPU can do by atomic additions.
-    Shares,
-    /// Signed radiances in f64.
-    Signed,
-    /// Signed radiances in f32: the paper's.
-    SignedSingle,
-}
 
 /// A lit interval of a pixel of a tile.
 #[derive(Debug, Clone, Copy, Default)]
@@ -79,6 +67,9 @@ pub struct TileSums {
     pub stretch: Vec<f32>,
     /// The camera's depth where each pixel's ray ends.
     pub ends: Vec<f32>,
+    /// Where the light of lamps and of fog is added up: each pixel's ray, starts and then ways, and where the lamp is on it.
+    rays: [Vec<f64>; 6],
+    lamp: [Vec<f64>; 2],
     /// Sums of shares, and of radiances in f64, where they are asked for.
     shares: [Vec<i32>; 3],
     signed: [Vec<f64>; 3],
@@ -100,6 +91,19 @@ impl TileSums {
         }
     }
 
+    /// Sixteen rays.
+    #[inline(always)]
+    fn rays_of(&self, pixels: &[u32; LANES]) -> RayLanes {
+        let mut rays = RayLanes { origin: [[0.0; LANES]; 3], direction: [[0.0; LANES]; 3] };
+        for axis in 0..3 {
+            for (lane, &pixel) in pixels.iter().enumerate() {
+                rays.origin[axis][lane] = self.rays[axis][pixel as usize];
+                rays.direction[axis][lane] = self.rays[3 + axis][pixel as usize];
+            }
+        }
+        rays
+    }
+
     /// Column and row in the image of a pixel of the tile.
     pub fn place(&self, pixel: u32) -> [u32; 2] {
         [self.origin[0] + pixel % self.width, self.origin[1] + pixel / self.width]
@@ -110,7 +114,8 @@ impl TileSums {
         let reals: usize = self.channels.iter().chain([&self.stretch, &self.ends]).map(Vec::capacity).sum();
         let shares: usize = self.shares.iter().map(Vec::capacity).sum();
         let signed: usize = self.signed.iter().map(Vec::capacity).sum();
-        (4 * (reals + shares) + 8 * signed) as u64
+        let rays: usize = self.rays.iter().chain(&self.lamp).map(Vec::capacity).sum();
+        (4 * (reals + shares) + 8 * (signed + rays)) as u64
     }
 }
 
@@ -126,6 +131,36 @@ impl<'a> Integrand<'a> {
             Kind::Radiance(LightIntegralF32::new(frame.setup()))
         };
         Self { kind, accumulate }
+    }
+
+    /// Writes down the rays of a tile's pixels, if they are asked for one by one.
+    #[inline(always)]
+    pub fn set_up(&self, frame: &Frame<'_>, sums: &mut TileSums) {
+        if matches!(self.kind, Kind::Lengths { .. }) {
+            return;
+        }
+        let camera = frame.camera();
+        let lamp = frame.light().position().map(|lamp| lamp - camera.eye());
+        sums.rays.iter_mut().chain(&mut sums.lamp).for_each(Vec::clear);
+        let pixels = sums.stretch.len() as u32;
+        for first in (0..pixels).step_by(LANES) {
+            let [x, y] = sums.place(first);
+            let rays = RayLanes::of_pixels(camera, x, y);
+            for axis in 0..3 {
+                sums.rays[axis].extend_from_slice(&rays.origin[axis]);
+                sums.rays[3 + axis].extend_from_slice(&rays.direction[axis]);
+            }
+            let Some(lamp) = lamp else { continue };
+            let (mut closest, mut distance) = ([0.0; LANES], [0.0; LANES]);
+            for lane in 0..LANES {
+                let way = DVec3::from(rays.direction.map(|axis| axis[lane]));
+                let to_lamp = lamp - DVec3::from(rays.origin.map(|axis| axis[lane]));
+                closest[lane] = to_lamp.dot(way);
+                distance[lane] = to_lamp.cross(way).length();
+            }
+            sums.lamp[0].extend_from_slice(&closest);
+            sums.lamp[1].extend_from_slice(&distance);
+        }
     }
 
     /// How crossings become radiance.
@@ -152,8 +187,8 @@ impl<'a> Integrand<'a> {
         for runs in runs.chunks(LANES) {
             match self.accumulate {
                 Accumulate::Intervals => self.add_intervals(simd, frame, runs, sums),
-                Accumulate::Shares => self.add_shares(simd, frame, runs, sums),
-                Accumulate::SignedSingle => self.add_signed_single(simd, frame, runs, sums),
+                Accumulate::Shares => self.add_shares(simd, runs, sums),
+                Accumulate::SignedSingle => self.add_signed_single(simd, runs, sums),
                 Accumulate::Signed => {
                     for run in runs {
                         let [to, from] = [run.ends[1], run.ends[0]]
@@ -175,18 +210,18 @@ impl<'a> Integrand<'a> {
             starts[lane] = run.ends[0] as f32;
             lengths[lane] = (run.ends[1] - run.ends[0]) as f32;
         }
-        if let (Kind::Radiance(_), Some(lamp)) = (&self.kind, frame.light().position()) {
-            let lamp = lamp - frame.camera().eye();
+        if matches!(self.kind, Kind::Radiance(_)) && frame.light().position().is_some() {
             for (lane, run) in runs.iter().enumerate() {
-                let ray = ray_of(frame, sums, run.pixel);
-                let along = along_ray(frame, &ray);
-                if run.ends.iter().any(|&depth| is_at_the_lamp(lamp, &ray, depth * along)) {
+                let pixel = run.pixel as usize;
+                let stretch = f64::from(sums.stretch[pixel]);
+                let lamp = [sums.lamp[0][pixel], sums.lamp[1][pixel]];
+                if run.ends.iter().any(|&depth| is_at_the_lamp(lamp, depth * stretch)) {
                     self.add_exactly(frame, run.pixel, run.ends, sums);
                     lengths[lane] = 0.0;
                 }
             }
         }
-        let added = self.integrals(simd, frame, &pixels, &starts, &lengths, sums);
+        let added = self.integrals(simd, &pixels, &starts, &lengths, sums);
         for (channel, added) in added.iter().enumerate().take(self.channels()) {
             for lane in 0..runs.len() {
                 sums.channels[channel][pixels[lane] as usize] += added[lane];
@@ -199,7 +234,6 @@ impl<'a> Integrand<'a> {
     fn integrals<S: Simd>(
         &self,
         simd: S,
-        frame: &Frame<'_>,
         pixels: &[u32; LANES],
         starts: &[f32; LANES],
         lengths: &[f32; LANES],
@@ -220,7 +254,7 @@ impl<'a> Integrand<'a> {
                 found
             }
             Kind::Radiance(light) => {
-                let rays = RayLanes::from_fn(|lane| ray_of(frame, sums, pixels[lane]));
+                let rays = sums.rays_of(pixels);
                 let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
                 for lane in 0..LANES {
                     a[lane] = starts[lane] * stretch[lane];
@@ -236,7 +270,6 @@ impl<'a> Integrand<'a> {
     fn ends_of<S: Simd>(
         &self,
         simd: S,
-        frame: &Frame<'_>,
         runs: &[Run],
         sums: &TileSums,
     ) -> ([u32; LANES], [[[f32; LANES]; 3]; 2]) {
@@ -244,16 +277,16 @@ impl<'a> Integrand<'a> {
         let mut ends = [[0.0f32; LANES]; 2];
         for (lane, run) in runs.iter().enumerate() {
             pixels[lane] = run.pixel;
-            for side in 0..2 {
-                ends[side][lane] = run.ends[side] as f32;
+            for (ends, end) in ends.iter_mut().zip(run.ends) {
+                ends[lane] = end as f32;
             }
         }
-        (pixels, ends.map(|ends| self.integrals(simd, frame, &pixels, &[0.0; LANES], &ends, sums)))
+        (pixels, ends.map(|ends| self.integrals(simd, &pixels, &[0.0; LANES], &ends, sums)))
     }
 
     #[inline(always)]
-    fn add_signed_single<S: Simd>(&self, simd: S, frame: &Frame<'_>, runs: &[Run], sums: &mut TileSums) {
-        let (pixels, [from, to]) = self.ends_of(simd, frame, runs, sums);
+    fn add_signed_single<S: Simd>(&self, simd: S, runs: &[Run], sums: &mut TileSums) {
+        let (pixels, [from, to]) = self.ends_of(simd, runs, sums);
         for channel in 0..self.channels() {
             for lane in 0..runs.len() {
                 let sum = &mut sums.channels[channel][pixels[lane] as usize];
@@ -264,13 +297,13 @@ impl<'a> Integrand<'a> {
     }
 
     #[inline(always)]
-    fn add_shares<S: Simd>(&self, simd: S, frame: &Frame<'_>, runs: &[Run], sums: &mut TileSums) {
-        let (pixels, [from, to]) = self.ends_of(simd, frame, runs, sums);
+    fn add_shares<S: Simd>(&self, simd: S, runs: &[Run], sums: &mut TileSums) {
+        let (pixels, [from, to]) = self.ends_of(simd, runs, sums);
         let mut ends = [0.0; LANES];
         for lane in 0..LANES {
             ends[lane] = sums.ends[pixels[lane] as usize];
         }
-        let whole = self.integrals(simd, frame, &pixels, &[0.0; LANES], &ends, sums);
+        let whole = self.integrals(simd, &pixels, &[0.0; LANES], &ends, sums);
         for channel in 0..self.channels() {
             for lane in 0..runs.len() {
                 let share = |part: f32| {
@@ -286,7 +319,7 @@ impl<'a> Integrand<'a> {
 
     /// Turns what was added up into the channels' sums.
     #[inline(always)]
-    pub fn finish<S: Simd>(&self, simd: S, frame: &Frame<'_>, sums: &mut TileSums) {
+    pub fn finish<S: Simd>(&self, simd: S, sums: &mut TileSums) {
         match self.accumulate {
             Accumulate::Intervals => {}
             Accumulate::SignedSingle => {
@@ -307,11 +340,11 @@ impl<'a> Integrand<'a> {
                     let pixels = std::array::from_fn(|lane| (first + lane) as u32);
                     let mut ends = [0.0; LANES];
                     ends.copy_from_slice(&sums.ends[first..first + LANES]);
-                    let whole = self.integrals(simd, frame, &pixels, &[0.0; LANES], &ends, sums);
-                    for channel in 0..self.channels() {
-                        for lane in 0..LANES {
+                    let whole = self.integrals(simd, &pixels, &[0.0; LANES], &ends, sums);
+                    for (channel, whole) in whole.iter().enumerate().take(self.channels()) {
+                        for (lane, whole) in whole.iter().enumerate() {
                             let share = sums.shares[channel][first + lane].max(0) as f32 / WHOLE_SHARE;
-                            sums.channels[channel][first + lane] += share * whole[channel][lane];
+                            sums.channels[channel][first + lane] += share * whole;
                         }
                     }
                 }
@@ -364,12 +397,10 @@ pub fn along_ray(frame: &Frame<'_>, ray: &ViewRay) -> f64 {
 
 /// Whether an interval of a lamp that ends at `t` must be integrated in f64: rounding t to f32 shifts the end by 2⁻²⁴·t,
 /// where the light is as 1/d² and all of the ray has about 1/h, so the share that is lost is 2⁻²⁴·t·h/d²; a millionth is
-/// allowed. `lamp` is relative to the eye.
-fn is_at_the_lamp(lamp: DVec3, ray: &ViewRay, t: f64) -> bool {
+/// allowed. `lamp` is where the ray is closest to the lamp, and how close.
+#[inline(always)]
+fn is_at_the_lamp([closest, distance]: [f64; 2], t: f64) -> bool {
     const MOST: f64 = 16.0;
-    let to_lamp = lamp - ray.origin;
-    let closest = to_lamp.dot(ray.direction);
-    let distance = to_lamp.cross(ray.direction).length();
     t * distance > MOST * (distance * distance + (t - closest) * (t - closest))
 }
 

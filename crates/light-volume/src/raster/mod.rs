@@ -6,6 +6,7 @@
 //! beam         what bounds the rays of a block or of a tile: what no pixel can see is left out
 //! candidates   which patches the rays of a tile, and then of a block, may cross
 //! coverage     which rays cross which faces, sixteen rays at a time
+//! facets       the same of an interpolated surface's triangles
 //! crossings    a pixel's crossings in order ──▶ its lit intervals
 //! integrate    lit intervals ──▶ sums of pixels        tile      all of it for a part of the image
 //! ```
@@ -15,6 +16,7 @@ mod block_rays;
 mod candidates;
 mod coverage;
 mod crossings;
+mod facets;
 mod integrate;
 mod ray_fan;
 mod tile;
@@ -23,19 +25,18 @@ use std::sync::{Mutex, PoisonError};
 
 use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel};
 
-use crate::options::Options;
-use crate::volume::{SteppedVolume, Tessellation, Tolerance};
+use crate::options::{Options, Surface};
+use crate::volume::{HeightField, SteppedVolume, Tessellation, Tolerance};
 use integrate::Integrand;
 use ray_fan::{MapFan, RayFan};
-use tile::{Scene, TILE, TileWork};
+use tile::{Meshes, Most, Scene, TILE, TileWork};
 
-pub use integrate::Accumulate;
-
-/// The stepped surface's mesh and image pass with their buffers, which serve the next frame.
+/// Meshes and image pass with their buffers, which serve the next frame.
 #[derive(Debug)]
 pub struct Raster {
     simd: Level,
     volumes: Vec<SteppedVolume>,
+    fields: Vec<HeightField>,
     fans: Vec<MapFan>,
     workers: Vec<TileWork>,
 }
@@ -43,7 +44,7 @@ pub struct Raster {
 impl Raster {
     /// With the instructions of a level.
     pub fn new(simd: Level) -> Self {
-        Self { simd, volumes: Vec::new(), fans: Vec::new(), workers: Vec::new() }
+        Self { simd, volumes: Vec::new(), fields: Vec::new(), fans: Vec::new(), workers: Vec::new() }
     }
 
     /// Renders a frame, which has no texture.
@@ -57,12 +58,25 @@ impl Raster {
         clock.lap(&mut stats, "facts");
 
         let tessellation = tessellation_of(frame, options);
-        self.volumes.resize_with(layer_count.max(self.volumes.len()), SteppedVolume::default);
+        let layers = || frame.shadow().layers().take(layer_count);
         self.fans.clear();
-        for (volume, layer) in self.volumes.iter_mut().zip(frame.shadow().layers()).take(layer_count) {
-            volume.build(&layer, tessellation);
-            self.fans.push(fan.in_map(layer.projection()));
-        }
+        self.fans.extend(layers().map(|layer| fan.in_map(layer.projection())));
+        let meshes = match options.surface {
+            Surface::Stepped => {
+                self.volumes.resize_with(layer_count.max(self.volumes.len()), SteppedVolume::default);
+                for (volume, layer) in self.volumes.iter_mut().zip(layers()) {
+                    volume.build(&layer, tessellation);
+                }
+                Meshes::Stepped(&self.volumes[..layer_count])
+            }
+            Surface::Interpolated => {
+                self.fields.resize_with(layer_count.max(self.fields.len()), HeightField::default);
+                for (field, layer) in self.fields.iter_mut().zip(layers()) {
+                    field.build(&layer);
+                }
+                Meshes::Interpolated(&self.fields[..layer_count])
+            }
+        };
         clock.lap(&mut stats, "mesh");
 
         self.workers.resize_with(parallel::worker_count(), TileWork::default);
@@ -71,7 +85,7 @@ impl Raster {
             frame,
             fan,
             fans: &self.fans,
-            volumes: &self.volumes[..layer_count],
+            meshes,
             integrand: Integrand::of(frame, options.accumulate),
         };
         let width = frame.size()[0];
@@ -90,12 +104,21 @@ impl Raster {
                 }
             }
         });
+        let none = Most::default();
+        let most = self.workers.iter().fold(none, |most, worker| most.joined(&worker.most));
+        self.workers.iter_mut().for_each(|worker| worker.end_frame(&most));
         clock.lap(&mut stats, "image");
 
         let count = |of: fn(&TileWork) -> u64| self.workers.iter().map(of).sum();
-        let volumes = &self.volumes[..layer_count];
+        let triangles: u64 = match meshes {
+            Meshes::Stepped(volumes) => volumes.iter().map(|volume| 2 * volume.face_count()).sum(),
+            // Walls aside, and parts of cells with a hole.
+            Meshes::Interpolated(fields) => {
+                fields.iter().map(|field| 2 * field.cells().map(u64::from).iter().product::<u64>()).sum()
+            }
+        };
         stats.counts.push("rays", frame.size().map(u64::from).iter().product());
-        stats.counts.push("triangles", 2 * volumes.iter().map(SteppedVolume::face_count).sum::<u64>());
+        stats.counts.push("triangles", triangles);
         stats.counts.push("patches", count(|work| work.counts.patches));
         stats.counts.push("faces", count(|work| work.counts.faces));
         stats.counts.push("crossings", count(|work| work.counts.crossings));
@@ -109,7 +132,8 @@ impl Raster {
 
     fn memory_bytes(&self) -> u64 {
         let fans = self.fans.capacity() * size_of::<MapFan>();
-        let volumes: u64 = self.volumes.iter().map(SteppedVolume::memory_bytes).sum();
+        let volumes: u64 = self.volumes.iter().map(SteppedVolume::memory_bytes).sum::<u64>()
+            + self.fields.iter().map(HeightField::memory_bytes).sum::<u64>();
         fans as u64 + volumes + self.workers.iter().map(TileWork::memory_bytes).sum::<u64>()
     }
 }

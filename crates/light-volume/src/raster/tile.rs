@@ -14,17 +14,19 @@
 
 use fearless_simd::Simd;
 use scatter_core::{
-    Frame, Light, MapKind, RayLanes, SunIntegralF32, lit_stretches, transmittances_of_pixels_f32,
+    Frame, Light, MapKind, RayLanes, ShadowLayer, SunIntegralF32, lit_stretches, transmittances_of_pixels_f32,
 };
 
 use super::beam::Beam;
 use super::block_rays::{BlockRays, Bounds, RAYS, SIDE};
 use super::candidates::{Candidates, code_of};
 use super::coverage::cross;
-use super::crossings::{Crossing, Crossings, ENTERS, LEAVES};
+use super::crossings::{Crossing, Crossings, ENTERS, LEAVES, make_room};
+use super::facets::{cross_facets, starts_behind};
 use super::integrate::{Integrand, LANES, Run, TileSums, along_ray};
 use super::ray_fan::{MapFan, RayFan};
 use crate::volume::SteppedVolume;
+use crate::volume::height_field::{HeightField, facet_at};
 
 /// Pixels along the side of a tile.
 pub const TILE: u32 = 32;
@@ -42,9 +44,42 @@ pub struct Scene<'a> {
     /// Its rays in each layer; none where nothing casts a shadow.
     pub fans: &'a [MapFan],
     /// The meshes of the layers.
-    pub volumes: &'a [SteppedVolume],
+    pub meshes: Meshes<'a>,
     /// What is added up.
     pub integrand: Integrand<'a>,
+}
+
+/// The meshes of a frame's layers; none where nothing casts a shadow.
+#[derive(Debug, Clone, Copy)]
+pub enum Meshes<'a> {
+    /// Caps and walls.
+    Stepped(&'a [SteppedVolume]),
+    /// Triangles between texels' centres.
+    Interpolated(&'a [HeightField]),
+}
+
+impl Meshes<'_> {
+    /// How many layers there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Stepped(volumes) => volumes.len(),
+            Self::Interpolated(fields) => fields.len(),
+        }
+    }
+
+    /// Whether a ray starts in the shadow of a layer.
+    #[inline(always)]
+    fn starts_dark(&self, layer: usize, map: &ShadowLayer<'_>, rays: &BlockRays, ray: usize) -> bool {
+        let (size, perspective) = (map.projection().size(), map.projection().is_perspective());
+        match self {
+            Self::Stepped(volumes) => rays.first_texel(ray, size).is_some_and(|[i, j]| {
+                rays.starts_behind(ray, code_of(volumes[layer].depth_at(map, i, j), perspective))
+            }),
+            Self::Interpolated(_) => rays.first_cell(ray, size).is_some_and(|(cell, half)| {
+                facet_at(map, cell, half).is_some_and(|facet| starts_behind(&facet, perspective, rays, ray))
+            }),
+        }
+    }
 }
 
 /// What a worker did.
@@ -71,16 +106,54 @@ pub struct TileWork {
     ends: Vec<[f64; RAYS]>,
     candidates: Candidates,
     crossings: Vec<Crossings>,
+    sorted: Vec<Crossing>,
     runs: Vec<Run>,
     sums: TileSums,
     /// What it did in all tiles so far.
     pub counts: Counts,
+    /// What a tile asked for at the most.
+    pub most: Most,
+}
+
+/// The longest lists of a frame.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Most {
+    /// Crossings of a block.
+    crossings: usize,
+    /// Lit intervals of a block.
+    runs: usize,
+    /// Squares that a tile's rays may cross.
+    candidates: usize,
+}
+
+impl Most {
+    /// The longer ones of both.
+    pub fn joined(&self, other: &Self) -> Self {
+        Self {
+            crossings: self.crossings.max(other.crossings),
+            runs: self.runs.max(other.runs),
+            candidates: self.candidates.max(other.candidates),
+        }
+    }
 }
 
 impl TileWork {
     /// Forgets what it counted.
     pub fn start_frame(&mut self) {
         self.counts = Counts::default();
+    }
+
+    /// Makes room for twice the longest lists of the frame in all of its lists: which worker gets which tile is chance, the camera
+    /// moves, and the next frame should allocate nothing.
+    pub fn end_frame(&mut self, most: &Most) {
+        self.most = *most;
+        self.rays.resize_with(BLOCKS, BlockRays::default);
+        self.ends.resize(BLOCKS, [0.0; RAYS]);
+        self.crossings.resize_with(BLOCKS, Crossings::default);
+        self.crossings.iter_mut().for_each(|list| list.make_room(most.crossings));
+        make_room(&mut self.sorted, most.crossings);
+        make_room(&mut self.runs, most.runs);
+        self.candidates.make_room(most.candidates);
     }
 
     /// Renders the tile at `origin` into rows of the image's width, the first of which is the tile's first row.
@@ -101,13 +174,14 @@ impl TileWork {
         self.crossings.resize_with(BLOCKS, Crossings::default);
         self.crossings.iter_mut().for_each(Crossings::clear);
         self.measure(scene, size);
-        for layer in 0..scene.volumes.len() {
+        scene.integrand.set_up(scene.frame, &mut self.sums);
+        for layer in 0..scene.meshes.len() {
             self.cross_layer(simd, scene, layer);
         }
         for block in 0..BLOCKS {
             self.integrate(simd, scene, block);
         }
-        scene.integrand.finish(simd, scene.frame, &mut self.sums);
+        scene.integrand.finish(simd, &mut self.sums);
         self.shade(scene, size, rows);
     }
 
@@ -138,51 +212,51 @@ impl TileWork {
     /// Finds what the tile's rays cross in a layer.
     #[inline(always)]
     fn cross_layer<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, layer: usize) {
-        let Self { rays, ends, candidates, crossings, sums, counts, .. } = self;
-        let (fan, volume) = (&scene.fans[layer], &scene.volumes[layer]);
+        let Self { rays, ends, candidates, crossings, sums, counts, most, .. } = self;
+        let fan = &scene.fans[layer];
         let Some(map) = scene.frame.shadow().layer(layer) else { return };
         let mut bounds = Bounds::EMPTY;
         for (block, rays) in rays.iter_mut().enumerate() {
             let origin = place_of(sums.origin, block);
-            let lost = rays.set_up(fan, origin, &ends[block]);
             let found = &mut crossings[block];
-            found.walked |= lost;
+            found.walked |= rays.set_up(fan, origin, &ends[block]);
             bounds = bounds.joined(&rays.bounds);
-            for ray in 0..RAYS {
-                if let Some([i, j]) = rays.first_texel(ray, volume.size()) {
-                    let code = code_of(volume.depth_at(&map, i, j), fan.perspective);
-                    let is_dark = rays.starts_behind(ray, code);
-                    match rays.base(ray) {
-                        0.0 => found.starts[layer].dark |= u64::from(is_dark) << ray,
-                        // Before it enters a lamp's pyramid the ray is in the light, as all is outside of a map.
-                        depth if is_dark => {
-                            found.push(Crossing {
-                                depth,
-                                s: 0.0,
-                                ray: ray as u8,
-                                layer: layer as u8,
-                                sign: 1,
-                                axis: 0,
-                            });
-                        }
-                        _ => {}
+            for ray in (0..RAYS).filter(|&ray| scene.meshes.starts_dark(layer, &map, rays, ray)) {
+                match rays.base(ray) {
+                    0.0 => found.starts[layer].dark |= 1 << ray,
+                    // Before it enters a lamp's pyramid the ray is in the light, as all is outside of a map.
+                    depth => {
+                        let (ray, layer) = (ray as u8, layer as u8);
+                        found.push(Crossing { depth, s: 0.0, ray, layer, sign: 1, axis: 0 });
                     }
                 }
             }
-            if scene.volumes.len() > 1 {
+            if scene.meshes.len() > 1 {
                 find_borders(fan, layer as u8, origin, &ends[block], found);
             }
         }
-        candidates.find(volume, fan.perspective, &bounds);
+        match scene.meshes {
+            Meshes::Stepped(volumes) => candidates.find(&volumes[layer], fan.perspective, &bounds),
+            Meshes::Interpolated(fields) => candidates.find(&fields[layer], fan.perspective, &bounds),
+        }
+        most.candidates = most.candidates.max(candidates.len());
         for (rays, found) in rays.iter().zip(crossings) {
             if !(rays.bounds.end > 0.0) {
                 continue;
             }
             let beam = Beam::new(&rays.bounds);
-            let of_layer = (volume, layer as u8, fan.perspective);
+            let (index, perspective) = (layer as u8, fan.perspective);
             candidates.of_block(simd, &beam, |candidate| {
                 counts.patches += 1;
-                counts.faces += cross(simd, of_layer, candidate, (rays, &beam), found);
+                counts.faces += match scene.meshes {
+                    Meshes::Stepped(volumes) => {
+                        cross(simd, (&volumes[layer], index, perspective), candidate, (rays, &beam), found)
+                    }
+                    Meshes::Interpolated(fields) => {
+                        let of_layer = (&fields[layer], &map, index, perspective);
+                        cross_facets(simd, of_layer, candidate, (rays, &beam), found)
+                    }
+                };
             });
         }
     }
@@ -190,20 +264,21 @@ impl TileWork {
     /// Adds up the light of a block's pixels.
     #[inline(always)]
     fn integrate<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, block: usize) {
-        let Self { ends, crossings, runs, sums, counts, .. } = self;
+        let Self { ends, crossings, sorted, runs, sums, counts, most, .. } = self;
         let (ends, crossings) = (&ends[block], &mut crossings[block]);
         let first = [block as u32 % ACROSS * SIDE, block as u32 / ACROSS * SIDE];
-        let layers = scene.volumes.len();
+        let layers = scene.meshes.len();
         if scene.frame.setup().maps().kind() == MapKind::Cube && layers > 0 {
             crossings.walk_gaps(ends);
         }
         let pixel_of = |ray: usize| (first[1] + ray as u32 / SIDE) * TILE + first[0] + ray as u32 % SIDE;
         runs.clear();
         counts.crossings += crossings.len() as u64;
-        counts.violations += crossings.lit_intervals(ends, (layers, layers > 1), |ray, from, to| {
+        counts.violations += crossings.lit_intervals(ends, (layers, layers > 1), sorted, |ray, from, to| {
             runs.push(Run { pixel: pixel_of(ray), ends: [from, to] });
         });
         counts.lit_runs += runs.len() as u64;
+        *most = most.joined(&Most { crossings: crossings.len(), runs: runs.len(), candidates: 0 });
         scene.integrand.add(simd, scene.frame, runs, sums);
         let mut walked = crossings.walked;
         while walked != 0 {
@@ -267,6 +342,7 @@ impl TileWork {
         let lists = self.rays.capacity() * size_of::<BlockRays>()
             + self.ends.capacity() * size_of::<[f64; RAYS]>()
             + self.crossings.capacity() * size_of::<Crossings>()
+            + self.sorted.capacity() * size_of::<Crossing>()
             + self.runs.capacity() * size_of::<Run>();
         crossings + lists as u64 + self.candidates.memory_bytes() + self.sums.memory_bytes()
     }

@@ -1,9 +1,11 @@
-//! The stepped light volume of a shadow map: a closed mesh of caps and walls.
+//! Light volumes of a shadow map: a closed mesh of caps and walls, or of triangles between texels' centres.
 //!
 //! ```text
 //! cells       texels of about one depth become squares       (adaptive tessellation)
 //! patch_faces caps and walls of a patch of 8×8 texels, or of a larger square
 //! stepped     all patches of a layer, and a tree of the depths between which their faces lie
+//! height_field  the interpolated surface: cells between centres, and a tree of their depths
+//! square_tree what the image pass asks of either
 //! polygons    the same as polygons in the world: for export, and to show that the mesh is closed
 //! ```
 //!
@@ -13,10 +15,14 @@
 
 pub mod cells;
 pub mod face;
+pub mod height_field;
 mod patch_faces;
 pub mod polygons;
+mod square_tree;
 mod stepped;
 
 pub use cells::Tolerance;
 pub use face::{Axis, Chunk, Face};
+pub use height_field::HeightField;
+pub use square_tree::SquareTree;
 pub use stepped::{Patch, SteppedVolume, Tessellation};

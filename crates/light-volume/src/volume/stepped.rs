@@ -171,12 +171,6 @@ impl SteppedVolume {
 }
 
 impl Patch {
-    /// Whether it has no faces.
-    #[inline(always)]
-    pub fn is_empty(&self) -> bool {
-        self.count == 0
-    }
-
     /// Its square has `PATCH`·2ⁿ texels a side.
     #[inline(always)]
     pub fn level(&self) -> usize {

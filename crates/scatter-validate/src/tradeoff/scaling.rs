@@ -120,7 +120,7 @@ impl Scaling<'_> {
         let (measurement, errors, verdict) = match measure(shot, &mut renderer, 1)? {
             Outcome::Measured(measurement) => {
                 let figures = judged.figures(&measurement)?;
-                (*measurement, Errors { shadow_map: Some(figures), raycast: None }, Verdict::Ok)
+                (*measurement, Errors { shadow_map: Some(figures), ..Errors::default() }, Verdict::Ok)
             }
             Outcome::Unsupported(unsupported) => {
                 let nothing = Measurement::nothing(technique.info().id, shot.camera().size());

@@ -177,7 +177,7 @@ impl Climb<'_> {
             return Ok(step);
         }
         let raycast = self.judged.raycast_figures(&measurement)?;
-        let errors = Errors { shadow_map: Some(figures), raycast: Some(raycast) };
+        let errors = Errors { shadow_map: Some(figures), raycast: Some(raycast), height_field: None };
         let mut rung = self.rung(setting, &measurement, errors)?;
         let mut out = ScatterImage::new();
         // That run has warmed up; with --repeat 1 it is the one that counts.
