@@ -2,16 +2,17 @@
 //!
 //! Under a sun in a uniform medium a pixel adds up lit lengths, `∫ e^{−σt} dt`, one a channel where the extinction is
 //! coloured; everything else is constant along a ray and waits for the end. Near a lamp and in height fog it adds up
-//! radiance, and behind glass each run is cut at the glass' texels first.
+//! radiance. Behind glass each run is cut where its colour changes.
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::DVec3;
 use scatter_core::{Camera, Frame, Light, LightIntegralF32, Projection, RayLanes, RayLight, ViewRay};
 
+use super::glass::{Glass, GlassBlocks, GlassRuns};
 use super::lanes::{Reals, lit_length, real};
 use super::queues::Runs;
-use super::ray_fan::LANES;
+use super::ray_fan::{LANES, RayFan};
 use super::segment::{Segment, Start, Word};
 
 /// What is added up.
@@ -27,9 +28,18 @@ pub enum Integrand<'a> {
         /// Channels that differ: 1 or 3.
         channels: usize,
     },
+    /// Lit lengths under a sun in a uniform medium behind glass, times the glass' colours: three channels.
+    Stained {
+        /// σt by channel.
+        sigma_t: [f32; 3],
+        /// Whether they are the same.
+        grey: bool,
+        /// The glass.
+        glass: Glass<'a>,
+    },
     /// Radiance of any light, in f32.
     Radiance(LightIntegralF32<'a>),
-    /// Radiance behind glass, in f64.
+    /// Radiance behind any glass, in f64.
     Glass,
 }
 
@@ -98,17 +108,34 @@ impl TileSums {
 }
 
 impl<'a> Integrand<'a> {
-    /// For a frame.
-    pub fn of(frame: &Frame<'a>) -> Self {
+    /// For a frame, the rays of whose camera are `fan`; blocks of its glass are built into `blocks`.
+    pub fn of(frame: &Frame<'a>, fan: &RayFan, blocks: &'a mut GlassBlocks) -> Self {
         let medium = frame.medium();
-        if frame.texture().is_some() {
-            Self::Glass
-        } else if matches!(frame.light(), Light::Directional(_)) && medium.height_falloff().is_none() {
-            let channels = if medium.is_grey() { 1 } else { 3 };
-            Self::Lengths { sigma_t: medium.sigma_t().map(|sigma| sigma as f32), channels }
-        } else {
-            Self::Radiance(LightIntegralF32::new(frame.setup()))
+        let is_uniform_sun =
+            matches!(frame.light(), Light::Directional(_)) && medium.height_falloff().is_none();
+        let sigma_t = medium.sigma_t().map(|sigma| sigma as f32);
+        match frame.texture() {
+            Some(texture) if is_uniform_sun && !texture.projection().is_perspective() => {
+                blocks.build(texture);
+                let glass = Glass::new(texture, blocks, fan.in_map(texture.projection()));
+                Self::Stained { sigma_t, grey: medium.is_grey(), glass }
+            }
+            Some(_) => Self::Glass,
+            None if is_uniform_sun => {
+                Self::Lengths { sigma_t, channels: if medium.is_grey() { 1 } else { 3 } }
+            }
+            None => Self::Radiance(LightIntegralF32::new(frame.setup())),
         }
+    }
+
+    /// Whether sums are lengths, to be multiplied by what the sun's light is along each ray.
+    pub fn is_length(&self) -> bool {
+        matches!(self, Self::Lengths { .. } | Self::Stained { .. })
+    }
+
+    /// Whether an interval costs much more than where it lies: one must not be cut in two.
+    pub fn is_dear(&self) -> bool {
+        !matches!(self, Self::Lengths { .. })
     }
 
     /// Adds runs of segments, whose starts are `starts` and, in f64, `bases`; `perspective` says what their parameter is.
@@ -192,6 +219,26 @@ impl<'a> Integrand<'a> {
                     }
                 }
             }
+            Self::Stained { sigma_t, grey, glass } => {
+                let mut runs = GlassRuns { places: [[0.0; LANES]; 2], part: [[0.0; LANES]; 2] };
+                let mut stretch = [0.0; LANES];
+                for lane in 0..LANES {
+                    let [x, y] = sums.place(pixels[lane]);
+                    (runs.places[0][lane], runs.places[1][lane]) = (x.into(), y.into());
+                    runs.part[0][lane] = starts[lane].into();
+                    runs.part[1][lane] = f64::from(starts[lane]) + f64::from(lengths[lane]);
+                    stretch[lane] = sums.stretch[pixels[lane] as usize];
+                }
+                let stretch = Reals::load_array(simd, stretch);
+                let sigma = [stretch * sigma_t[0], stretch * sigma_t[1], stretch * sigma_t[2]];
+                let added = glass.lengths(simd, &runs, &sigma, *grey);
+                for (values, added) in sums.channels.iter_mut().zip(added) {
+                    let added = added.to_array();
+                    for lane in 0..count {
+                        values[pixels[lane] as usize] += added[lane];
+                    }
+                }
+            }
             Self::Radiance(light) => {
                 let rays = sums.rays_of(pixels);
                 let (mut a, mut b) = (*starts, *starts);
@@ -232,6 +279,16 @@ impl<'a> Integrand<'a> {
                 let length = scatter_core::sun_interval((*sigma).into(), from, to) / stretch;
                 values[at] += length.min(1e30) as f32;
             }
+            return;
+        }
+        if let Self::Stained { sigma_t, glass, .. } = self {
+            let stretch = f64::from(sums.stretch[at]);
+            glass.texture().pieces(eye, ray.origin, ray.direction, [from, to], |a, b, colour| {
+                for (channel, values) in sums.channels.iter_mut().enumerate() {
+                    let length = scatter_core::sun_interval(sigma_t[channel].into(), a, b) / stretch;
+                    values[at] += (length * f64::from(colour[channel])).min(1e30) as f32;
+                }
+            });
             return;
         }
         let light = RayLight::new(frame.light(), frame.medium(), eye, &ray);

@@ -6,11 +6,13 @@
 //! set_up      rays cut by the layers and the slabs ──▶ segments
 //! packets     segments through the mipmap ──▶ lit runs, and blocks that must be looked at closely
 //! texels      blocks texel by texel       ──▶ lit runs
-//! integrate   lit runs ──▶ sums of pixels            tile       all of it for a part of the image
+//! integrate   lit runs ──▶ sums of pixels            glass      those behind stained glass
+//! tile        all of it for a part of the image
 //! descent     one ray in f64: the plain form, for what lanes of f32 cannot hold
 //! ```
 
 mod descent;
+mod glass;
 mod integrate;
 mod lanes;
 mod layers;
@@ -28,6 +30,7 @@ use std::sync::{Mutex, PoisonError};
 
 use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel};
 
+use glass::GlassBlocks;
 use integrate::Integrand;
 use layers::LayerTrees;
 use ray_fan::RayFan;
@@ -40,13 +43,20 @@ pub struct Exact {
     simd: Level,
     trees: LayerTrees,
     fans: Vec<LayerFan>,
+    glass: GlassBlocks,
     workers: Vec<TileWork>,
 }
 
 impl Exact {
     /// With the instructions of a level.
     pub fn new(simd: Level) -> Self {
-        Self { simd, trees: LayerTrees::default(), fans: Vec::new(), workers: Vec::new() }
+        Self {
+            simd,
+            trees: LayerTrees::default(),
+            fans: Vec::new(),
+            glass: GlassBlocks::default(),
+            workers: Vec::new(),
+        }
     }
 
     /// Renders a frame, whatever it has.
@@ -68,8 +78,8 @@ impl Exact {
 
         self.workers.resize_with(parallel::worker_count(), TileWork::default);
         self.workers.iter_mut().for_each(TileWork::start_frame);
-        let scene =
-            Scene { frame, fan, layers: &self.fans, trees: &self.trees, integrand: Integrand::of(frame) };
+        let integrand = Integrand::of(frame, &fan, &mut self.glass);
+        let scene = Scene { frame, fan, layers: &self.fans, trees: &self.trees, integrand };
         let width = frame.size()[0];
         let band_pixels = (width * TILE[1]) as usize;
         let (inscattered, transmittance) = out.overwritten(frame.size());
@@ -102,6 +112,9 @@ impl Exact {
 
     fn memory_bytes(&self) -> u64 {
         let fans = self.fans.capacity() * size_of::<LayerFan>();
-        self.trees.memory_bytes() + fans as u64 + self.workers.iter().map(TileWork::memory_bytes).sum::<u64>()
+        self.trees.memory_bytes()
+            + self.glass.memory_bytes()
+            + fans as u64
+            + self.workers.iter().map(TileWork::memory_bytes).sum::<u64>()
     }
 }

@@ -116,13 +116,23 @@ impl MapFan {
     /// The rays of the group of pixels from `(x, y)` on.
     #[inline(always)]
     pub fn paths(&self, [x, y]: [u32; 2]) -> MapPaths {
+        let mut places = [[0.0; LANES]; 2];
+        for lane in 0..LANES {
+            let [column, row] = place_in_group(lane);
+            (places[0][lane], places[1][lane]) = (f64::from(x + column), f64::from(y + row));
+        }
+        self.paths_at(&places)
+    }
+
+    /// The rays of any sixteen pixels, by their columns and rows.
+    #[inline(always)]
+    pub fn paths_at(&self, [columns, rows]: &[Wide; 2]) -> MapPaths {
         let mut paths = MapPaths { start: [[0.0; LANES]; 3], step: [[0.0; LANES]; 3] };
         for axis in 0..3 {
             let of = |affine: &Affine| affine.map(|vector| vector[axis]);
             let (start, step) = (of(&self.start), of(&self.step));
             for lane in 0..LANES {
-                let [column, row] = place_in_group(lane);
-                let (column, row) = (f64::from(x + column), f64::from(y + row));
+                let (column, row) = (columns[lane], rows[lane]);
                 paths.start[axis][lane] = start[0] + (start[1] * column + start[2] * row);
                 paths.step[axis][lane] = step[0] + (step[1] * column + step[2] * row);
             }

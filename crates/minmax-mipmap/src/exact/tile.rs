@@ -86,7 +86,7 @@ impl TileWork {
         // Whole tiles, whatever the image leaves of them: buffers of one size, and lanes that need no end.
         let pixels = (TILE[0] * TILE[1]) as usize;
         self.sums.clear(origin, TILE[0], pixels);
-        if !matches!(scene.integrand, Integrand::Lengths { .. }) {
+        if !scene.integrand.is_length() {
             self.sums.lay_rays(scene.frame.camera());
         }
         self.found.clear(scene.layers.len(), pixels);
@@ -103,7 +103,7 @@ impl TileWork {
     fn set_up<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, size: [u32; 2]) {
         let Self { found, sums, lit_runs, .. } = self;
         let (frame, limit) = (scene.frame, scene.frame.max_distance());
-        let whole_intervals = !matches!(scene.integrand, Integrand::Lengths { .. });
+        let whole_intervals = scene.integrand.is_dear();
         let width = frame.size()[0] as usize;
         for y in (0..size[1]).step_by(GROUP[1] as usize * GROUPS) {
             for x in (0..size[0]).step_by(GROUP[0] as usize) {
@@ -227,8 +227,8 @@ impl TileWork {
     ) {
         let sums = &self.sums;
         let (frame, width, limit) = (scene.frame, scene.frame.size()[0] as usize, scene.frame.max_distance());
-        let sun = match (frame.light(), &scene.integrand) {
-            (Light::Directional(sun), Integrand::Lengths { .. }) => {
+        let sun = match frame.light() {
+            Light::Directional(sun) if scene.integrand.is_length() => {
                 Some(SunIntegralF32::new(sun, frame.medium(), frame.camera()))
             }
             _ => None,
