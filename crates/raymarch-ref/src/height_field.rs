@@ -17,18 +17,19 @@ use scatter_core::{
 };
 
 use crate::map_segments::visit_segments;
-use crate::walk::{LitParts, add_coloured};
+use crate::walk::{LitParts, add_coloured, tint};
 
 /// The id of [`HeightFieldWalk`].
 pub const HEIGHT_FIELD_ID: &str = "truth-height-field";
 
-/// The reference of techniques that interpolate the shadow map: every light, medium, map and camera of the model. No options.
+/// The reference of techniques that interpolate the shadow map: every light, medium, map and camera of the model; smoke and hair
+/// are refused. No options.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct HeightFieldWalk;
 
 impl HeightFieldWalk {
-    /// All of the model.
-    pub const CAPABILITIES: Capabilities = crate::EVERYTHING;
+    /// All of the model but smoke and hair, which have no surface.
+    pub const CAPABILITIES: Capabilities = Capabilities { translucent: &[], ..crate::EVERYTHING };
 
     /// Calls `each(start, end)` for every lit stretch of the ray of pixel `(x, y)`, in order; neighbouring stretches are one. Ray
     /// parameters \[world units\].
@@ -91,7 +92,9 @@ fn pixel(frame: &Frame<'_>, x: u32, y: u32) -> DVec3 {
     let mut sum = DVec3::ZERO;
     HeightFieldWalk::lit_stretches(frame, x, y, |a, b| match frame.texture() {
         None => sum += light.interval(a, b),
-        Some(texture) => add_coloured(texture, eye, &ray, &light, (a, b), &mut sum),
+        Some(texture) => add_coloured(texture, eye, &ray, (a, b), &mut |colour, a, b| {
+            sum += tint(colour) * light.interval(a, b);
+        }),
     });
     sum
 }

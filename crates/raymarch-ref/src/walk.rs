@@ -238,7 +238,7 @@ pub fn add_coloured(
     }
 }
 
-fn tint(colour: [f32; 3]) -> DVec3 {
+pub fn tint(colour: [f32; 3]) -> DVec3 {
     DVec3::from(colour.map(f64::from))
 }
 
