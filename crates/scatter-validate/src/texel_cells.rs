@@ -137,8 +137,9 @@ impl Scenario {
     }
 }
 
-/// Slices of a piece in smoke, each with the transmittance in its middle: wrong by (optical depth/2048)²/24 of it.
-const SLICES: u32 = 2048;
+/// Slices of a piece in smoke, each with the mean of its transmittance: wrong by a twelfth of how much the transmittance and the
+/// radiance change in a slice, 3e-7 where the smoke has an optical depth of 1.5 and the medium one of 0.05.
+const SLICES: u32 = 112;
 
 impl Scenario {
     /// The pieces with what smoke and hair leave of their light.
@@ -164,19 +165,20 @@ impl Scenario {
 
 /// A part of a ray within one texel, cut so fine that what the segments leave is a number in each.
 fn parts(segments: &[TranslucentSegment], depth: [f64; 2], (from, to): Span) -> Vec<(Span, f64)> {
-    let left = |t: f64| {
-        let at = depth[0] + depth[1] * t;
-        let taken = segments.iter().map(|segment| {
+    // Optical depth before the ray parameter t, of which the segments' ends are seen from `side`.
+    let taken = |t: f64, side: f64| {
+        let (at, inner) = (depth[0] + depth[1] * t, depth[0] + depth[1] * side);
+        let of = |segment: &TranslucentSegment| {
             let [entry, exit, whole] = [segment.entry, segment.exit, segment.optical_depth].map(f64::from);
-            let share = if exit > entry {
-                ((at - entry) / (exit - entry)).clamp(0.0, 1.0)
+            if inner <= entry {
+                0.0
+            } else if inner >= exit || whole == f64::INFINITY {
+                whole
             } else {
-                f64::from(u8::from(at > entry))
-            };
-            // Nothing of an opaque segment is nothing.
-            if share == 0.0 { 0.0 } else { share * whole }
-        });
-        (-taken.sum::<f64>()).exp()
+                whole * ((at - entry) / (exit - entry)).clamp(0.0, 1.0)
+            }
+        };
+        segments.iter().map(of).sum::<f64>()
     };
     let ends = segments.iter().flat_map(|segment| [segment.entry, segment.exit]);
     let mut cuts: Vec<f64> = ends.map(|end| (f64::from(end) - depth[0]) / depth[1]).collect();
@@ -186,13 +188,18 @@ fn parts(segments: &[TranslucentSegment], depth: [f64; 2], (from, to): Span) -> 
     let mut parts = Vec::new();
     for pair in cuts.windows(2).filter(|pair| pair[0] < pair[1]) {
         // Beyond the last cut nothing changes.
-        let is_even = !pair[1].is_finite() || segments.iter().all(|segment| segment.exit == segment.entry);
+        let is_last = !pair[1].is_finite();
+        let side = if is_last { 2.0 * pair[0] + 1.0 } else { 0.5 * (pair[0] + pair[1]) };
+        let is_even = is_last || segments.iter().all(|segment| segment.exit == segment.entry);
         let count = if is_even { 1 } else { SLICES };
         let at = |index: u32| pair[0] + (pair[1] - pair[0]) * (f64::from(index) / f64::from(count));
         for index in 0..count {
             let slice = if count == 1 { (pair[0], pair[1]) } else { (at(index), at(index + 1)) };
-            let middle = if slice.1.is_finite() { 0.5 * (slice.0 + slice.1) } else { 2.0 * slice.0 + 1.0 };
-            parts.push((slice, left(middle)));
+            let last = if is_last { side } else { slice.1 };
+            let (a, b) = (taken(slice.0, side), taken(last, side));
+            // The mean of exp(−depth) over a linear depth.
+            let mean = if a == b { (-a).exp() } else { ((-a).exp() - (-b).exp()) / (b - a) };
+            parts.push((slice, mean));
         }
     }
     parts
