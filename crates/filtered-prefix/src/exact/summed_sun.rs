@@ -8,7 +8,7 @@
 use epipolar::driver::SliceQueries;
 
 use super::lit_prefix::{KNOTS, LitPrefix, Terms};
-use super::stretches::ExactTask;
+use super::task::ExactTask;
 use crate::weights::absorbed;
 
 /// Remainder of the interpolation, relative to the light of a run, over the fourth power of a band's width in optical depth, times
