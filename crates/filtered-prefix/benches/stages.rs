@@ -30,11 +30,13 @@ fn bounds_of<const N: usize>(moments: &[f64; MOST_POWERS], z: f64) -> f64 {
     })
 }
 
+/// [`bounds_of`] of some number of moments.
+type Bounds = fn(&[f64; MOST_POWERS], f64) -> f64;
+
 fn answers(c: &mut Criterion) {
     let mut group = c.benchmark_group("eight-thousand-answers");
     let moments = two_layers();
-    let ways: [(&str, fn(&[f64; MOST_POWERS], f64) -> f64); 3] =
-        [("4", bounds_of::<2>), ("6", bounds_of::<3>), ("8", bounds_of::<4>)];
+    let ways: [(&str, Bounds); 3] = [("4", bounds_of::<2>), ("6", bounds_of::<3>), ("8", bounds_of::<4>)];
     for (count, bounds) in ways {
         let found = bounds(&moments, 0.0);
         assert!((found - 0.25).abs() < 1e-3, "{count}: {found}");

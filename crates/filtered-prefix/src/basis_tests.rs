@@ -115,7 +115,7 @@ fn a_series_rings_at_a_plane_as_its_tail_says() {
         let planes: Vec<f32> =
             (0..9).map(|n| Case::new(&vec![300 + 50 * n; 512]).fourier(count, Storage::F32)).collect();
         let rms = (planes.iter().map(|rms| rms * rms).sum::<f32>() / planes.len() as f32).sqrt();
-        let expected = 0.318 / (count as f32).sqrt();
+        let expected = std::f32::consts::FRAC_1_PI / (count as f32).sqrt();
         println!("M = {count}: {rms:.4}, 0.318/sqrt(M) = {expected:.4}");
         assert!((0.85..1.15).contains(&(rms / expected)));
     }

@@ -25,7 +25,7 @@ const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 17.0;
 const PART_OF_WEIGHTS: f64 = 0.2;
 
 /// Part of it that the interpolation of exact sums may take.
-const PART_OF_SUMS: f64 = 0.1;
+const PART_OF_SUMS: f64 = 0.2;
 
 /// Filters the rows of epipolar slices and answers view rays from them (Klehm et al. 2014; Peters et al. 2016).
 ///

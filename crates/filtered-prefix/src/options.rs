@@ -123,8 +123,10 @@ impl Options {
             absolute: false,
             // Half a column of a thumbnail is much of its picture.
             uncut_columns: if measured { split * scale as f32 } else { 0.0 },
-            spacing: scale * if measured { spacing } else { 2.0 * finest },
-            fewest_slices: 400.0,
+            // Small images have too few gaps for a sample, and cost little anyway.
+            spacing: scale * if measured { spacing } else { 1.5 * finest },
+            // A thumbnail has the shadows of the whole scene in it.
+            fewest_slices: if level == Quality::Film { 600.0 } else { 400.0 },
             target: measured.then_some(ErrorTarget { finest: finest * scale, ..target }),
             refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
             shared_columns: u32::from(measured),

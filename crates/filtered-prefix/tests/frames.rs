@@ -85,17 +85,17 @@ fn check(frame: &OwnedFrame, tolerance: f64, absolute: bool, filter: Filter, fou
             texture.texels().iter().flatten().fold(1.0f32, |most, &colour| most.max(colour))
         });
         for (pixel, whole) in whole.iter().enumerate() {
-            for channel in 0..3 {
+            for (channel, &whole) in whole.iter().enumerate() {
                 let (test, exact) =
                     (image.inscattered()[pixel][channel], exact.inscattered()[pixel][channel]);
                 let (test, exact) = (f64::from(test), f64::from(exact));
-                let allowed = tolerance * if absolute { whole[channel] } else { exact }
-                    + ROUNDING * f64::from(brightest) * whole[channel]
+                let allowed = tolerance * if absolute { whole } else { exact }
+                    + ROUNDING * f64::from(brightest) * whole
                     + 1e-30;
                 let part = (test - exact).abs() / allowed;
                 if part > found.worst || part.is_nan() {
                     found.worst = if part.is_nan() { f64::INFINITY } else { part };
-                    let share = [test / whole[channel], exact / whole[channel]];
+                    let share = [test / whole, exact / whole];
                     found.place = format!(
                         "{:?} {tolerance} {absolute}, pixel {pixel}, channel {channel}: shares {share:?}",
                         frame.light()

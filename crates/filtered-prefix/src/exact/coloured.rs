@@ -2,7 +2,7 @@
 
 use epipolar::driver::{FrameLight, LightSums, SliceQueries};
 
-use super::stretches::{BATCH, ExactTask, share_of};
+use super::task::{BATCH, ExactTask, share_of};
 
 /// Writes the shares of the view rays in doubt; returns how many stretches were integrated. O(runs · rays).
 #[inline(always)]

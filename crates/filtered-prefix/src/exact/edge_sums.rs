@@ -3,7 +3,7 @@
 use epipolar::driver::SliceQueries;
 use epipolar::rows::LitEdges;
 
-use super::stretches::ExactTask;
+use super::task::ExactTask;
 use crate::weights::{Fog, absorbed};
 
 /// Edges that are evaluated side by side, at least.

@@ -6,6 +6,8 @@ mod edge_sums;
 mod lit_prefix;
 mod stretches;
 mod summed_sun;
+mod task;
 
-pub use stretches::{ExactSums, ExactTask, Ways};
+pub use stretches::ExactSums;
 pub use summed_sun::band_ratio;
+pub use task::{ExactTask, Ways};

@@ -8,7 +8,7 @@
 use epipolar::driver::SliceQueries;
 
 use super::lit_prefix::{KNOTS, LitPrefix, Terms};
-use super::stretches::ExactTask;
+use super::task::ExactTask;
 use crate::weights::absorbed;
 
 /// Remainder of the interpolation, relative to the light of a run, over the fourth power of a band's width in optical depth, times
@@ -19,7 +19,7 @@ const REMAINDER: f64 = 2.0 / (256.0 * 24.0);
 const LEAST_ERROR: f64 = 2e-6;
 
 /// Widest band, as a ratio of 1/sin β.
-const WIDEST: f64 = 2.0;
+const WIDEST: f64 = 4.0;
 
 /// Buffers for the sums of a slice.
 #[derive(Debug, Default)]
@@ -33,17 +33,18 @@ pub struct SummedSun {
 }
 
 /// Ratio of 1/sin β over a band such that interpolation is off by at most `error` of a share, for rays of a largest optical depth.
+///
+/// A ray at the band's near border that is as deep as can be has, at its far border, the ratio times that depth.
 pub fn band_ratio(deepest: f64, error: f64) -> f64 {
     let error = error.max(LEAST_ERROR);
-    let mut apart = deepest * (1.0 - 1.0 / WIDEST);
-    // The exponential is at most that of the band before: it falls from step to step.
-    for _ in 0..8 {
+    let mut apart = deepest * (WIDEST - 1.0);
+    for _ in 0..64 {
         if REMAINDER * apart.exp() * apart.powi(4) <= error {
             break;
         }
-        apart = apart.min((error / (REMAINDER * apart.min(4.0).exp())).powf(0.25));
+        apart *= 0.8;
     }
-    if apart < deepest { (1.0 / (1.0 - apart / deepest)).clamp(1.01, WIDEST) } else { WIDEST }
+    if deepest > 0.0 { (1.0 + apart / deepest).clamp(1.001, WIDEST) } else { WIDEST }
 }
 
 /// A band of 1/sin β.
@@ -107,10 +108,10 @@ impl SummedSun {
             let ray = task.doubted[place] as usize;
             1.0 / sines[task.asked.columns[ray] as usize]
         };
-        for channel in 0..task.channels {
+        for (channel, &ratio) in ratios.iter().enumerate().take(task.channels) {
             let mut first = 0;
             while first < task.doubted.len() {
-                let band = Band::of(cosecant(first), ratios[channel]);
+                let band = Band::of(cosecant(first), ratio);
                 let mut end = first + 1;
                 while end < task.doubted.len() && (band.from..band.to).contains(&cosecant(end)) {
                     end += 1;
@@ -237,4 +238,40 @@ pub fn mean_edges(lit: &[u32], [first, last]: [u32; 2]) -> f32 {
         sum += u64::from(own);
     }
     sum as f32 / (end - first) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interpolation_between_knots_keeps_its_error() {
+        let mut nearest = 0.0f64;
+        for deepest in [0.1, 1.0, 3.0, 17.0] {
+            for error in [1e-2, 1e-3, 1e-4] {
+                let ratio = band_ratio(deepest, error);
+                for start in [1.0f32, 1.7, 30.0] {
+                    let band = Band::of(start, ratio);
+                    for step in 0..=20 {
+                        let at =
+                            f64::from(band.from) + f64::from(step) / 20.0 * f64::from(band.to - band.from);
+                        let parts = band.parts(at as f32);
+                        // Up to where the ray is as deep as can be.
+                        for x in [0.1, 0.5, 1.0].map(|part| part * deepest / at) {
+                            let knots = band.knots.map(|knot| (-x * f64::from(knot)).exp());
+                            let found: f64 =
+                                knots.iter().zip(parts).map(|(knot, part)| knot * f64::from(part)).sum();
+                            let exact = (-x * at).exp();
+                            // Parts are f32: four of a few units each, on values that are larger by the band's exponential.
+                            let off = (found - exact).abs() / exact - 4e-6 * (deepest * (ratio - 1.0)).exp();
+                            assert!(off <= error, "{deepest} {error} {at}: {off}");
+                            nearest = nearest.max(off / error);
+                        }
+                    }
+                }
+            }
+        }
+        println!("at most {nearest:.3} of the error");
+        assert!(nearest > 0.2);
+    }
 }

@@ -54,8 +54,8 @@ impl FourierRow {
         for first in (0..used).step_by(LANES) {
             let lanes = LANES.min(used - first);
             let mut z = [0.5f32; LANES];
-            for lane in 0..lanes {
-                z[lane] = place(scale.surface(runs.lit[first + lane]).clamp(-1.0, 1.0));
+            for (z, &lit) in z.iter_mut().zip(&runs.lit[first..first + lanes]) {
+                *z = place(scale.surface(lit).clamp(-1.0, 1.0));
             }
             let basis = &mut self.basis;
             harmonics(&z, terms, |k, sines, cosines| (basis[2 * k], basis[2 * k + 1]) = (*sines, *cosines));

@@ -66,7 +66,7 @@ pub fn mass_below<const N: usize, S: Simd>(
     for j in 0..=N {
         let mut d = moments[2 * j];
         for k in 0..j {
-            d = d - lower[j][k] * lower[j][k] * diagonal[k];
+            d -= lower[j][k] * lower[j][k] * diagonal[k];
         }
         // Rounding must not turn a mass negative.
         d = d.max(splat(LEAST_PIVOT));
@@ -74,7 +74,7 @@ pub fn mass_below<const N: usize, S: Simd>(
         for i in j + 1..=N {
             let mut l = moments[i + j];
             for k in 0..j {
-                l = l - lower[i][k] * lower[j][k] * diagonal[k];
+                l -= lower[i][k] * lower[j][k] * diagonal[k];
             }
             lower[i][j] = l * inverse[j];
         }
@@ -84,7 +84,7 @@ pub fn mass_below<const N: usize, S: Simd>(
     let width = mass_at::<N, S>(&lower, &inverse, (one, z), &mut kernel);
     for i in (0..=N).rev() {
         for k in i + 1..=N {
-            kernel[i] = kernel[i] - lower[k][i] * kernel[k];
+            kernel[i] -= lower[k][i] * kernel[k];
         }
     }
     let roots = real_roots::<N, S>(simd, &kernel);
@@ -92,8 +92,8 @@ pub fn mass_below<const N: usize, S: Simd>(
     for &root in &roots[..N] {
         let mass = mass_at::<N, S>(&lower, &inverse, (one, root), &mut [zero; 5]);
         let is_below = root.simd_lt(z);
-        below = below + is_below.select(mass, zero);
-        above = above + is_below.select(zero, mass);
+        below += is_below.select(mass, zero);
+        above += is_below.select(zero, mass);
     }
     // The masses of all nodes are 1 together; what is missing could be anywhere.
     let missing = (one - below - above - width).abs();
@@ -117,12 +117,12 @@ fn mass_at<const N: usize, S: Simd>(
     for i in 0..=N {
         let mut value = power;
         for k in 0..i {
-            value = value - lower[i][k] * y[k];
+            value -= lower[i][k] * y[k];
         }
         y[i] = value;
         solved[i] = value * inverse[i];
         sum = if i == 0 { value * solved[i] } else { sum + value * solved[i] };
-        power = power * z;
+        power *= z;
     }
     one / sum
 }

@@ -82,7 +82,7 @@ fn cubic<S: Simd>(simd: S, a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> [f64x8<S>; 
     let mut u = target * 0.134 + 0.866;
     for _ in 0..3 {
         let square = u * u;
-        u = u - ((square * 4.0 - 3.0) * u - target) / (square * 12.0 - 3.0);
+        u -= ((square * 4.0 - 3.0) * u - target) / (square * 12.0 - 3.0);
     }
     let u = u.min(splat(1.0));
     let other = ((splat(1.0) - u * u) * 0.75).max(splat(0.0)).sqrt();

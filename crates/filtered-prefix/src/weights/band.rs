@@ -78,7 +78,8 @@ impl Weights {
         let ratios = sigma_t.map(|sigma| {
             let deepest = sigma * longest_ray;
             let apart = (error / BLEND_AT_ONE).sqrt();
-            if deepest * (1.0 - 1.0 / WIDEST) > apart { 1.0 / (1.0 - apart / deepest) } else { WIDEST }
+            // At a band's far knot the deepest ray of its near one would be deeper by the ratio.
+            if deepest > 0.0 { 1.0 + apart / deepest } else { WIDEST }
         });
         self.sigma_t = sigma_t.map(|sigma| sigma as f32);
         self.even = even;
