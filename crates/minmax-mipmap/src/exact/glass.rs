@@ -12,7 +12,7 @@
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use scatter_core::LightTexture;
+use scatter_core::{Level, LightTexture, at_level};
 
 use super::lanes::{Answers, Indices, Reals, index, lit_length, real};
 use super::ray_fan::{LANES, MapFan, MapPaths, Wide, greater, lesser};
@@ -111,8 +111,29 @@ impl<'a> Glass<'a> {
 
     /// Lit lengths `∫ colour·e^{−σt} dt` of sixteen runs, a vector a channel; σ by channel, per unit of the camera's depth,
     /// of which the first one is that of all where the air is grey.
+    ///
+    /// Not inlined: within the traversal's function it would take registers from rays that pass no glass.
+    pub fn lengths(
+        &self,
+        simd: Level,
+        runs: &GlassRuns,
+        sigma: &[[f32; LANES]; 3],
+        grey: bool,
+    ) -> [[f32; LANES]; 3] {
+        at_level!(simd, vectors => {
+            let [red, green, blue] = *sigma;
+            let sigma = [
+                Reals::load_array(vectors, red),
+                Reals::load_array(vectors, green),
+                Reals::load_array(vectors, blue),
+            ];
+            let [red, green, blue] = self.lengths_on(vectors, runs, &sigma, grey);
+            [red.to_array(), green.to_array(), blue.to_array()]
+        })
+    }
+
     #[inline(always)]
-    pub fn lengths<S: Simd>(
+    fn lengths_on<S: Simd>(
         &self,
         simd: S,
         runs: &GlassRuns,
@@ -280,4 +301,46 @@ fn narrow<S: Simd>(simd: S, wide: &Wide) -> Reals<S> {
         narrow[lane] = wide[lane] as f32;
     }
     Reals::load_array(simd, narrow)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scatter_core::MapProjection;
+    use scatter_testing::Random;
+
+    /// By the definition, texel by texel: the largest aligned block inside of the glass that has one colour.
+    #[test]
+    fn blocks_have_one_colour_and_are_the_largest() {
+        let (size, mut random) = ([75u32, 41u32], Random(11));
+        // Panes of odd sides, and a corner of noise.
+        let texels: Vec<[f32; 3]> = (0..size[0] * size[1])
+            .map(|n| {
+                let (i, j) = (n % size[0], n / size[0]);
+                let pane =
+                    if i < 8 && j < 8 { random.below(3) as f32 } else { ((i / 37) + 2 * (j / 33)) as f32 };
+                [pane, 0.5, 1.0 - pane]
+            })
+            .collect();
+        let projection =
+            MapProjection::orthographic([0.0; 3], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [1.0; 2], size).unwrap();
+        let glass = LightTexture::new(projection, &texels).unwrap();
+        // What an earlier glass left must not matter.
+        let mut blocks = GlassBlocks { levels: vec![7; 9999] };
+        blocks.build(&glass);
+        let mut seen = [0; COARSEST as usize + 1];
+        for (i, j) in (0..size[1]).flat_map(|j| (0..size[0]).map(move |i| (i, j))) {
+            let is_one = |level: u8| {
+                let side = 1 << level;
+                let (i0, j0) = (i & !(side - 1), j & !(side - 1));
+                i0 + side <= size[0]
+                    && j0 + side <= size[1]
+                    && (j0..j0 + side).all(|b| (i0..i0 + side).all(|a| glass.at(a, b) == glass.at(i, j)))
+            };
+            let largest = (0..=COARSEST).rev().find(|&level| is_one(level)).unwrap();
+            assert_eq!(blocks.levels[(j * size[0] + i) as usize], largest, "texel {i}, {j}");
+            seen[usize::from(largest)] += 1;
+        }
+        assert!(seen.iter().filter(|&&count| count > 0).count() >= 5, "{seen:?}: too few levels to tell");
+    }
 }

@@ -229,11 +229,9 @@ impl<'a> Integrand<'a> {
                     runs.part[1][lane] = f64::from(starts[lane]) + f64::from(lengths[lane]);
                     stretch[lane] = sums.stretch[pixels[lane] as usize];
                 }
-                let stretch = Reals::load_array(simd, stretch);
-                let sigma = [stretch * sigma_t[0], stretch * sigma_t[1], stretch * sigma_t[2]];
-                let added = glass.lengths(simd, &runs, &sigma, *grey);
+                let sigma = sigma_t.map(|sigma| stretch.map(|stretch| stretch * sigma));
+                let added = glass.lengths(simd.level(), &runs, &sigma, *grey);
                 for (values, added) in sums.channels.iter_mut().zip(added) {
-                    let added = added.to_array();
                     for lane in 0..count {
                         values[pixels[lane] as usize] += added[lane];
                     }
