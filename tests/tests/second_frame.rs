@@ -16,13 +16,14 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SIZES: [[u32; 2]; 2] = [[67, 45], [481, 35]];
 
 /// Every technique's options that need buffers of their own, by its id.
-const OPTIONS: [(&str, &[(&str, &str)]); 18] = [
+const OPTIONS: [(&str, &[(&str, &str)]); 19] = [
     ("raymarch", &[("steps", "33"), ("jitter", "1")]),
     ("epipolar", &[("cells", "box"), ("rank", "8")]),
     ("epipolar", &[("integrator", "tree"), ("around", "ring")]),
     ("epipolar", &[("integrator", "cursor"), ("cells", "modes")]),
     ("epipolar", &[("integrator", "sweep"), ("resampling", "rectified")]),
-    ("filtered-prefix", &[("basis", "fourier")]),
+    ("filtered-prefix", &[("basis", "fourier"), ("storage", "f16")]),
+    ("filtered-prefix", &[("filter", "always")]),
     ("filtered-prefix", &[("certified", "off"), ("coefficients", "4")]),
     ("light-volume", &[("accumulate", "shares"), ("tessellation", "static")]),
     ("light-volume", &[("accumulate", "signed"), ("threshold", "0.01")]),
