@@ -16,10 +16,6 @@ use super::ray_fan::{LANES, RayFan};
 use super::segment::{Segment, Start, Word};
 
 /// What is added up.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one a frame, on the stack: a box would be an allocation a frame"
-)]
 pub enum Integrand<'a> {
     /// Lit lengths under a sun in a uniform medium; RGB extinction.
     Lengths {
@@ -89,8 +85,8 @@ impl TileSums {
     #[inline(always)]
     fn rays_of(&self, pixels: &[u32; LANES]) -> RayLanes {
         let mut rays = RayLanes { origin: [[0.0; LANES]; 3], direction: [[0.0; LANES]; 3] };
-        for lane in 0..LANES {
-            let pixel = pixels[lane] as usize;
+        for (lane, &pixel) in pixels.iter().enumerate() {
+            let pixel = pixel as usize;
             let (laid, place) = (&self.rays[pixel / RayLanes::COUNT], pixel % RayLanes::COUNT);
             for axis in 0..3 {
                 rays.origin[axis][lane] = laid.origin[axis][place];

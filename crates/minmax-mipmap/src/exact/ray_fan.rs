@@ -116,12 +116,9 @@ impl MapFan {
     /// The rays of the group of pixels from `(x, y)` on.
     #[inline(always)]
     pub fn paths(&self, [x, y]: [u32; 2]) -> MapPaths {
-        let mut places = [[0.0; LANES]; 2];
-        for lane in 0..LANES {
-            let [column, row] = place_in_group(lane);
-            (places[0][lane], places[1][lane]) = (f64::from(x + column), f64::from(y + row));
-        }
-        self.paths_at(&places)
+        let columns = std::array::from_fn(|lane| f64::from(x + place_in_group(lane)[0]));
+        let rows = std::array::from_fn(|lane| f64::from(y + place_in_group(lane)[1]));
+        self.paths_at(&[columns, rows])
     }
 
     /// The rays of any sixteen pixels, by their columns and rows.

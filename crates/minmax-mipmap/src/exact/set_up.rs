@@ -252,9 +252,10 @@ impl Found {
                         continue;
                     }
                     let mut part = inside;
-                    for lane in 0..LANES {
-                        part[0][lane] = greater(part[0][lane], start);
-                        part[1][lane] = lesser(part[1][lane], end);
+                    let [starts, ends] = &mut part;
+                    for (own_start, own_end) in starts.iter_mut().zip(ends) {
+                        *own_start = greater(*own_start, start);
+                        *own_end = lesser(*own_end, end);
                     }
                     if is_any(&part) {
                         if kind == Kind::Lit {

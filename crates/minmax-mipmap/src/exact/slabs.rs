@@ -278,10 +278,10 @@ impl Block {
         }
         // Errors of u and of w, both over the least w; a quotient that counts is at most the map's size.
         let depth_error = self.error[2];
-        for axis in 0..2 {
-            let error = self.error[axis] + depth_error * view.size[axis] as f32;
+        for ((bound, error), size) in bounds.iter_mut().zip(self.error).zip(view.size) {
+            let error = error + depth_error * size as f32;
             let margin = inverse_most * error + LEAST_MARGIN as f32;
-            bounds[axis] = [bounds[axis][0] - margin, bounds[axis][1] + margin];
+            *bound = [bound[0] - margin, bound[1] + margin];
         }
         let [offset, scale] = view.codes.of_ray([0.0, 1.0]).map(|value| value as f32);
         let relative = inverse_most * depth_error + ROUNDING as f32;
