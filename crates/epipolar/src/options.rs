@@ -62,8 +62,8 @@ const TUNED_DIAGONAL: f64 = 1600.0;
 /// Image diagonal \[pixels\] from which on the presets measure their spacing. Below it a sample of gaps says little.
 const LEAST_MEASURED_DIAGONAL: f64 = 180.0;
 
-/// Image diagonal \[pixels\] from which on texels may hide parts of columns.
-const LEAST_UNCUT_DIAGONAL: f64 = 400.0;
+/// Image diagonal \[pixels\] from which on texels may hide parts of columns, and samples are large.
+const LEAST_LARGE_DIAGONAL: f64 = 400.0;
 
 /// What the presets aim at, of their level's error: p99 and RMS; what a sample does not know of itself is added there. Not below
 /// film's tolerance, up to which slices may differ: no spacing would keep it, however fine. Pixels of previews share answers,
@@ -91,9 +91,12 @@ impl Options {
             Quality::Game => (4.0, 0.125, 0.04, 3, 0.5, 6e-3),
             Quality::Film => (4.0, 0.0625, 0.009, 3, 0.0, 2e-3),
         };
-        let [error, rms] = room(level).map(|part| part * level.error() as f32);
-        let target = ErrorTarget { error, rms, finest };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
+        let is_small = diagonal < LEAST_LARGE_DIAGONAL;
+        // Few gaps of a small picture tell less of the others.
+        let of_room = if is_small { [0.85, 0.5] } else { [1.0; 2] };
+        let aim = |index: usize| room(level)[index] * of_room[index] * level.error() as f32;
+        let target = ErrorTarget { error: aim(0), rms: aim(1), finest };
         let scale = (diagonal / TUNED_DIAGONAL).clamp(0.125, 1.0);
         // Small images have too few gaps for a sample, and cost little anyway.
         let measured = diagonal >= LEAST_MEASURED_DIAGONAL;
@@ -112,7 +115,7 @@ impl Options {
             factor_error,
             factorisation: Factorisation::Chebyshev,
             // Half a column of a small picture is much of it, and no sample of slices sees what all of them leave out.
-            uncut_columns: if diagonal >= LEAST_UNCUT_DIAGONAL { split * scale as f32 } else { 0.0 },
+            uncut_columns: if is_small { 0.0 } else { split * scale as f32 },
             sum_algorithm: None,
             cells: Cells::Exact,
             near_epipole: NearEpipole::Bands,

@@ -23,7 +23,8 @@ static TABLE: OptionTable<Options> = OptionTable {
         ),
         option_row!(
             "coefficients",
-            "numbers of a filtered row: 4, 6 or 8 moments (6); an even number of a Fourier series, 4 to 128 (32)",
+            "numbers of a filtered row: 4, 6 or 8 moments (6); an even number of a Fourier series, 4 to 128 (32), which other \
+             numbers ask for",
             "",
             OptionRange::Whole([4, 128]),
             coefficients as u32
@@ -150,8 +151,14 @@ impl Configurable for FilteredPrefixTechnique {
             Target::Error(error) => Options::for_error(error, facts.size)?,
         };
         let last = |key: &str| overrides.iter().rev().find(|(own, _)| *own == key).map(|(_, value)| *value);
-        let is_fourier = last("basis") == Some("fourier");
+        // What only a series has asks for one, where no basis is named.
+        let asks_for_series = last("storage") == Some("u8")
+            || last("coefficients")
+                .and_then(|text| text.parse::<u32>().ok())
+                .is_some_and(|count| !COUNTS.contains(&count));
+        let is_fourier = last("basis").map_or(asks_for_series, |basis| basis == "fourier");
         if is_fourier {
+            options.basis = Basis::Fourier;
             // The paper's: 32 coefficients, and nothing certified unless it is asked for.
             (options.coefficients, options.certified) = (32, false);
         }

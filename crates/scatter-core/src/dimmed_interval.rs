@@ -69,10 +69,12 @@ impl RayLight<'_> {
         match &self.kind {
             Kind::Sun { source, sigma_t, .. } => {
                 let length = b - a;
+                // From the end at which less has been taken away: what is brightest there is 1, whatever the other end.
                 let of_channel = |sigma: f64| {
                     let x = (sigma + rate) * length;
-                    let mean = if x == 0.0 { 1.0 } else { -(-x).exp_m1() / x };
-                    (-sigma * a - depth).exp() * length * mean
+                    let least = if x < 0.0 { sigma * b + depth + rate * length } else { sigma * a + depth };
+                    let mean = if x == 0.0 { 1.0 } else { -(-x.abs()).exp_m1() / x.abs() };
+                    (-least).exp() * length * mean
                 };
                 *source * DVec3::from(sigma_t.to_array().map(of_channel))
             }

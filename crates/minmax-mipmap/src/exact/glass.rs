@@ -319,7 +319,7 @@ mod tests {
                 let (i, j) = (n % size[0], n / size[0]);
                 let pane =
                     if i < 8 && j < 8 { random.below(3) as f32 } else { ((i / 37) + 2 * (j / 33)) as f32 };
-                [pane, 0.5, 1.0 - pane]
+                [pane, 0.5, 4.0 - pane]
             })
             .collect();
         let projection =
