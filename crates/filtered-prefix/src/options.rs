@@ -81,12 +81,6 @@ pub enum Rectification {
     Resampled,
 }
 
-/// Image diagonal \[pixels\] that the presets are tuned at: 1280×960.
-const TUNED_DIAGONAL: f64 = 1600.0;
-
-/// Image diagonal \[pixels\] from which on the presets measure their spacing: below it a sample of gaps says little.
-const LEAST_MEASURED_DIAGONAL: f64 = 240.0;
-
 impl Default for Options {
     fn default() -> Self {
         Self::for_quality(Quality::default(), [1280, 960])
@@ -94,23 +88,16 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The preset of a level for images of a size.
+    /// The preset of a level for images of a size: slices as [`epipolar`] lays them for that level, and a certificate that is a
+    /// small part of what the level allows.
     pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
-        let (spacing, finest, tolerance, halvings, split, certificate) = match level {
-            Quality::Preview => (8.0, 0.5, 0.2, 2, 1.0, 0.04),
-            Quality::Game => (4.0, 0.25, 0.04, 3, 0.5, 0.01),
-            Quality::Film => (4.0, 0.125, 0.009, 3, 0.0, 0.001),
+        let certificate = match level {
+            Quality::Preview => 0.04,
+            Quality::Game => 0.01,
+            Quality::Film => 0.001,
         };
-        let room = match level {
-            Quality::Preview => [0.6, 0.6],
-            Quality::Game => [0.9, 0.65],
-            Quality::Film => [0.9, 0.8],
-        };
-        let [error, rms] = room.map(|part: f32| part * level.error() as f32);
-        let target = ErrorTarget { error, rms, finest };
-        let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
-        let scale = (diagonal / TUNED_DIAGONAL).clamp(0.25, 1.0);
-        let measured = diagonal >= LEAST_MEASURED_DIAGONAL;
+        let preset = epipolar::Options::for_quality(level, size);
+        let SliceSettings { spacing, target, refinement, shared_columns, .. } = preset.slices();
         Self {
             basis: Basis::Moments,
             coefficients: 6,
@@ -121,15 +108,12 @@ impl Options {
             tolerance: certificate,
             filter: Filter::Auto,
             absolute: false,
-            // Half a column of a thumbnail is much of its picture.
-            uncut_columns: if measured { split * scale as f32 } else { 0.0 },
-            // Small images have too few gaps for a sample, and cost little anyway.
-            spacing: scale * if measured { spacing } else { 1.5 * finest },
-            // A thumbnail has the shadows of the whole scene in it.
-            fewest_slices: if level == Quality::Film { 600.0 } else { 400.0 },
-            target: measured.then_some(ErrorTarget { finest: finest * scale, ..target }),
-            refinement: Refinement { tolerance, floor: 0.01, halvings, walks_rest: false },
-            shared_columns: u32::from(measured),
+            uncut_columns: preset.uncut_columns,
+            spacing,
+            fewest_slices: preset.fewest_slices,
+            target,
+            refinement,
+            shared_columns,
         }
     }
 

@@ -200,11 +200,19 @@ impl Configurable for FilteredPrefixTechnique {
         ];
         let settings = rungs.map(|[spacing, tolerance, halvings, split, certificate]| {
             let is_cheap = tolerance >= 0.4;
+            // Small or wide images are cut by the radian, not by the pixel.
+            let fewest = if is_cheap {
+                50.0
+            } else if halvings == f64::from(MOST_HALVINGS) {
+                2000.0
+            } else {
+                400.0
+            };
             vec![
                 ("spacing", spacing),
                 ("tolerance", tolerance),
                 ("halvings", halvings),
-                ("fewest", if is_cheap { 50.0 } else { 400.0 }),
+                ("fewest", fewest),
                 ("split", split),
                 ("certificate", certificate),
                 ("columns", if is_cheap { 1.0 } else { 0.0 }),

@@ -182,8 +182,9 @@ pub struct Measured {
 /// Puts the samples of all workers together.
 ///
 /// The excess is the larger of two quotients, the 99th percentile of the relative errors over what is allowed, and their RMS
-/// over what is allowed. Both with [`SIGMAS`] of what another sample of as many gaps may have more of: gaps are drawn one by
-/// one, so the variance of a sum over gaps is the sum of its squares. The same for any distribution of gaps over workers.
+/// over what is allowed. Both with three quarters of the standard deviation of what another sample of as many gaps may have
+/// more of: gaps are drawn one by one, so the variance of a sum over gaps is the sum of its squares. The same for any
+/// distribution of gaps over workers.
 pub fn measured<'a>(
     samples: impl Iterator<Item = &'a SpacingSample> + Clone,
     target: ErrorTarget,
