@@ -5,8 +5,7 @@ use scatter_core::{TranslucentSegment, parallel};
 use crate::curve::Between;
 use crate::curves::deep::DeepNodes;
 use crate::curves::uncompressed::ExactNodes;
-use crate::map::texels::TexelCurves;
-use crate::nodes::{Node, ends_of, optical_depth_of, visit_nodes};
+use crate::nodes::Node;
 
 /// Rows of a band, which one thread fills.
 const BAND: usize = 8;
@@ -64,6 +63,11 @@ impl NodeLists {
         });
     }
 
+    /// How τ runs between two nodes.
+    pub fn between(&self) -> Between {
+        self.between
+    }
+
     /// The nodes of a texel.
     pub fn nodes(&self, texel: usize) -> &[Node] {
         let length = BAND * self.width;
@@ -82,23 +86,5 @@ impl NodeLists {
                 + band.deep.memory_bytes()
         };
         self.bands.iter().map(of).sum::<u64>() + (self.bands.capacity() * size_of::<Band>()) as u64
-    }
-}
-
-impl TexelCurves for NodeLists {
-    fn between(&self) -> Between {
-        self.between
-    }
-
-    fn ends(&self, texel: usize) -> [f32; 2] {
-        ends_of(self.nodes(texel))
-    }
-
-    fn optical_depth(&self, texel: usize, depth: f64) -> f64 {
-        optical_depth_of(self.nodes(texel), self.between, depth)
-    }
-
-    fn visit(&self, texel: usize, depths: [f64; 2], each: impl FnMut(f64, f64)) {
-        visit_nodes(self.nodes(texel), self.between, depths, each);
     }
 }

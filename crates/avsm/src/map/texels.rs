@@ -6,6 +6,7 @@ use crate::curves::fourier::FourierCurve;
 use crate::curves::moments::MomentCurve;
 use crate::curves::opacity::OpacityCurve;
 use crate::map::node_lists::NodeLists;
+use crate::nodes::{ends_of, optical_depth_of, visit_nodes};
 use crate::ray::crossing::Crossing;
 use crate::ray::ray_sum::RayParts;
 
@@ -79,6 +80,24 @@ impl<C: TransmittanceCurve + Sync> TexelCurves for Vec<C> {
 
     fn visit(&self, texel: usize, depths: [f64; 2], each: impl FnMut(f64, f64)) {
         self[texel].visit(depths, each);
+    }
+}
+
+impl TexelCurves for NodeLists {
+    fn between(&self) -> Between {
+        NodeLists::between(self)
+    }
+
+    fn ends(&self, texel: usize) -> [f32; 2] {
+        ends_of(self.nodes(texel))
+    }
+
+    fn optical_depth(&self, texel: usize, depth: f64) -> f64 {
+        optical_depth_of(self.nodes(texel), NodeLists::between(self), depth)
+    }
+
+    fn visit(&self, texel: usize, depths: [f64; 2], each: impl FnMut(f64, f64)) {
+        visit_nodes(self.nodes(texel), NodeLists::between(self), depths, each);
     }
 }
 

@@ -10,6 +10,7 @@ mod pass;
 mod pixels_between;
 mod queries;
 mod refinement;
+mod resampling;
 mod resolve;
 mod shares;
 mod slice_driver;
@@ -22,9 +23,9 @@ mod surfaces;
 
 pub use borders::Borders;
 pub use light_sums::{FrameLight, LightSums, channels_of};
-pub use pass::Resampling;
 pub use queries::{OpenQueries, SliceQueries};
 pub use refinement::{MOST_HALVINGS, Refinement};
+pub use resampling::Resampling;
 pub use resolve::Resolve;
 pub use shares::{EMPTY, Shares};
 pub use slice_driver::{SliceDriver, SliceSettings};

@@ -12,6 +12,7 @@ use super::borders::Borders;
 use super::pixels_between::{Grid, Offsets, PixelsBetween};
 use super::queries::SliceQueries;
 use super::refinement::{MOST_HALVINGS, Refinement};
+use super::resampling::Resampling;
 use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom};
 use super::slice_view::{SliceAngles, SliceScene, SliceView};
@@ -37,17 +38,6 @@ pub struct SlicePass<'a, I> {
     pub channels: usize,
     /// Where rays end that are longer.
     pub longest: f32,
-}
-
-/// How pixels get a slice's answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Resampling {
-    /// Every pixel queries with its own depth, or shares the answers of its surface ([`SliceSettings`](super::SliceSettings)).
-    #[default]
-    Pixels,
-    /// The paper's: a slice is integrated for one view ray a column, with the depth of the pixel nearest to it, and
-    /// pixels interpolate between the results.
-    Rectified,
 }
 
 /// Buffers of one worker, kept from frame to frame.

@@ -7,8 +7,9 @@ use scatter_core::{
     Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, Window, parallel, simd_level,
 };
 
-use super::pass::{Resampling, SlicePass, Worker};
+use super::pass::{SlicePass, Worker};
 use super::refinement::Refinement;
+use super::resampling::Resampling;
 use super::resolve::Resolve;
 use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup, TileUse};

@@ -10,10 +10,10 @@
 //! Where slices are several pixels apart this leaves few queries: one a few columns and slice instead of two a pixel.
 
 use super::borders::Borders;
-use super::pass::Resampling;
 use super::pixels_between::{Grid, PixelsBetween, SHARED};
 use super::queries::SliceQueries;
 use super::refinement::Refinement;
+use super::resampling::Resampling;
 use crate::geometry::FanPixels;
 
 /// Largest difference of the four ends, of the nearest: a plane at a grazing angle is straight in the inverse of depth alone,

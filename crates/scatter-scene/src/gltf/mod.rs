@@ -23,6 +23,7 @@ mod material;
 mod morph;
 mod nodes;
 mod occluders;
+mod posed;
 mod primitive;
 mod skin;
 mod uri;

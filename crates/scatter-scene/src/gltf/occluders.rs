@@ -15,7 +15,7 @@ use gltf::json::mesh::Mode;
 use super::accessor::{Elements, Wanted};
 use super::container::Buffers;
 use super::exact::OccluderAttributes;
-use super::primitive::Posed;
+use super::posed::Posed;
 use crate::error::{Checked, Fault};
 use crate::limits::checked_occluders;
 use crate::translucent::{

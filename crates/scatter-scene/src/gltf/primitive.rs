@@ -18,6 +18,7 @@ use super::exact::OccluderAttributes;
 use super::material::{Coverage, Masking, Materials};
 use super::morph::Morph;
 use super::occluders::Sources;
+use super::posed::Posed;
 use super::skin::{Skin, Weighted};
 use crate::cutout::Cutout;
 use crate::error::{Checked, Fault};
@@ -312,13 +313,6 @@ impl Masked<'_> {
     }
 }
 
-/// The vertices of one primitive in their pose.
-pub(super) struct Posed<'a> {
-    positions: Elements<'a, 3>,
-    morph: Morph<'a>,
-    weighted: Option<Weighted<'a>>,
-}
-
 /// Appends the vertices of one primitive as they are first used.
 struct Vertices<'a> {
     local: &'a mut LocalMesh,
@@ -343,33 +337,6 @@ impl NewOfOld {
         } else {
             Self::Sparse(HashMap::new())
         }
-    }
-}
-
-impl Posed<'_> {
-    /// The index of a vertex if it is there.
-    fn checked_idx(&self, idx: u64, place: &dyn Fn() -> String) -> Checked<u64> {
-        if idx < self.positions.count() {
-            return Ok(idx);
-        }
-        let problem = format!("vertex index {idx}, but POSITION has {} elements", self.positions.count());
-        Err(Fault::invalid(place(), problem, "the file is damaged or was exported wrongly: export it again"))
-    }
-
-    /// Where a vertex that is there stands: in mesh space, or, with a skin, in the world's.
-    pub(super) fn at(&self, idx: u64, place: &dyn Fn() -> String) -> Checked<DVec3> {
-        let mut p_mesh = DVec3::from_array(self.positions.get(idx));
-        if let Some(displacement) = self.morph.displacement(idx) {
-            p_mesh += displacement;
-        }
-        if let Some(weighted) = &self.weighted {
-            p_mesh = weighted.world(idx, p_mesh, place)?;
-        }
-        if p_mesh.is_finite() {
-            return Ok(p_mesh);
-        }
-        let problem = format!("POSITION[{idx}] is {p_mesh}, not finite");
-        Err(Fault::invalid(place(), problem, "export the mesh with finite coordinates"))
     }
 }
 
