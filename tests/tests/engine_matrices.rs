@@ -8,7 +8,7 @@ use scatter_core::{
     Camera, ClipSpace, DepthEncoding, DepthMap, Frame, Light, LightTexture, MapProjection, Quality, Rounding,
     ScatterImage, SceneFacts, ShadowDepthEncoding, ShadowMap, VolumetricShadow,
 };
-use scatter_testing::{Filling, MapKind, OwnedFrame, differing};
+use scatter_testing::{Filling, MapKind, OwnedFrame, differing, values};
 
 const SIZE: [u32; 2] = [33, 21];
 const NEAR: f64 = 1.0;
@@ -178,10 +178,6 @@ fn with_engine<R>(engine: &Engine, plain: &OwnedFrame, use_frame: impl FnOnce(&F
         Some(texture) => use_frame(&frame.with_texture(texture).unwrap()),
         None => use_frame(&frame),
     }
-}
-
-fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
-    image.inscattered().iter().map(|rgb| rgb.map(f64::from)).collect()
 }
 
 fn image_of(instance: &mut dyn VolumetricShadow, frame: &Frame<'_>) -> ScatterImage {

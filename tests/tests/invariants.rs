@@ -9,16 +9,12 @@
 //! A frame that a technique refuses proves nothing; refusals are counted, and who refuses everything fails.
 
 use proptest::prelude::*;
-use scatter::{Quality, Rounding, ScatterImage, Target};
-use scatter_testing::{Comparison, differing, exceeding};
+use scatter::{Quality, Rounding, Target};
+use scatter_testing::{Comparison, differing, exceeding, values};
 use scatter_tests::{Method, World, WorldLight, for_all};
 
 /// Images as numbers, `[y][x]`.
 type Values = Vec<[f64; 3]>;
-
-fn values(image: &ScatterImage) -> Values {
-    image.inscattered().iter().map(|pixel| pixel.map(f64::from)).collect()
-}
 
 fn times(values: &[[f64; 3]], factor: f64) -> Values {
     values.iter().map(|pixel| pixel.map(|value| value * factor)).collect()

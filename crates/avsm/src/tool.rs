@@ -85,7 +85,7 @@ impl Configurable for AvsmTechnique {
         match target {
             Target::Quality(level) => Ok(Options::for_quality(level)),
             Target::Error(_) => {
-                refuse(
+                TABLE.require(
                     overrides,
                     "opaque",
                     &["map"],
@@ -93,7 +93,7 @@ impl Configurable for AvsmTechnique {
                 )?;
                 if facts.translucent {
                     let range = "uncompressed: other curves promise no error";
-                    refuse(overrides, "curve", &["uncompressed"], range)?;
+                    TABLE.require(overrides, "curve", &["uncompressed"], range)?;
                 }
                 Ok(Options::exact(facts))
             }
@@ -106,21 +106,6 @@ impl Configurable for AvsmTechnique {
 
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
         [4.0, 8.0, 16.0].map(|nodes| vec![("nodes", nodes)]).into()
-    }
-}
-
-/// An error if the caller sets an option to anything but these values.
-fn refuse(
-    overrides: &[(&str, &str)],
-    key: &'static str,
-    allowed: &[&str],
-    range: &str,
-) -> Result<(), OptionError> {
-    match overrides.iter().rfind(|(own, _)| *own == key) {
-        Some((_, value)) if !allowed.contains(value) => {
-            Err(OptionError::BadValue { technique: ID, key, value: (*value).into(), range: range.into() })
-        }
-        _ => Ok(()),
     }
 }
 

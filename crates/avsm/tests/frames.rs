@@ -8,11 +8,7 @@ use scatter_core::{
     Frame, HeightFalloff, Level, MapError, MapProjection, RayLight, ScatterImage, Translucent,
     TranslucentLayer, TranslucentSegment, TranslucentSource, VolumetricShadow, walked_radiance,
 };
-use scatter_testing::{Filling, MapKind, OwnedFrame, Random, Recipe, coloured_medium, differing};
-
-fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
-    image.inscattered().iter().map(|pixel| pixel.map(f64::from)).collect()
-}
+use scatter_testing::{Filling, MapKind, OwnedFrame, Random, Recipe, coloured_medium, differing, values};
 
 /// Pixels are written in f32: 6e-8 of the value, which is at most twice the unoccluded one behind glass.
 const ROUNDING: f64 = 2e-6;

@@ -1,6 +1,6 @@
 //! Options of the technique: which basis rows are filtered with, what is certified, and how slices are laid.
 
-use epipolar::driver::{ErrorTarget, MOST_HALVINGS, Refinement, Resampling, SliceSettings};
+use epipolar::driver::{ErrorTarget, Refinement, Resampling, SliceSettings};
 use scatter_core::{OptionError, Quality};
 
 use crate::storage::Storage;
@@ -96,8 +96,13 @@ impl Options {
             Quality::Game => 0.01,
             Quality::Film => 0.001,
         };
-        let preset = epipolar::Options::for_quality(level, size);
-        let SliceSettings { spacing, target, refinement, shared_columns, .. } = preset.slices();
+        Self::of(&epipolar::Options::for_quality(level, size), certificate)
+    }
+
+    /// Slices as [`epipolar`] has them, with a certificate.
+    fn of(preset: &epipolar::Options, certificate: f64) -> Self {
+        let SliceSettings { spacing, fewest_slices, target, refinement, shared_columns, .. } =
+            preset.slices();
         Self {
             basis: Basis::Moments,
             coefficients: 6,
@@ -110,7 +115,7 @@ impl Options {
             absolute: false,
             uncut_columns: preset.uncut_columns,
             spacing,
-            fewest_slices: preset.fewest_slices,
+            fewest_slices,
             target,
             refinement,
             shared_columns,
@@ -132,22 +137,7 @@ impl Options {
                 range: "a number in (0, 1)".into(),
             });
         }
-        let refinement = Refinement {
-            tolerance: 0.05 * error as f32,
-            floor: 1.0,
-            halvings: MOST_HALVINGS,
-            walks_rest: true,
-        };
-        Ok(Self {
-            tolerance: 0.5 * error,
-            absolute: true,
-            refinement,
-            spacing: 0.5,
-            target: None,
-            uncut_columns: 0.0,
-            shared_columns: 0,
-            ..Self::for_quality(Quality::Film, size)
-        })
+        Ok(Self { absolute: true, ..Self::of(&epipolar::Options::for_error(error, size)?, 0.5 * error) })
     }
 
     /// How slices are laid and refined.

@@ -86,17 +86,10 @@ impl Configurable for LightVolumeTechnique {
         match target {
             Target::Quality(level) => Ok(Options::for_quality(level, facts.light)),
             Target::Error(error) => {
-                // Sums of signed terms lose what a frame's media make them lose: they promise nothing.
-                let signed = overrides.iter().rfind(|(key, _)| *key == "accumulate");
-                match signed.filter(|(_, value)| *value != "intervals") {
-                    None => Ok(Options::for_error(error)),
-                    Some((_, value)) => Err(OptionError::BadValue {
-                        technique: ID,
-                        key: "accumulate",
-                        value: (*value).into(),
-                        range: "intervals: sums of signed terms promise no error".into(),
-                    }),
-                }
+                // Sums of signed terms lose what a frame's media make them lose.
+                let range = "intervals: sums of signed terms promise no error";
+                TABLE.require(overrides, "accumulate", &["intervals"], range)?;
+                Ok(Options::for_error(error))
             }
         }
     }

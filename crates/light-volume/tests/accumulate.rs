@@ -2,12 +2,8 @@
 
 use light_volume::{Accumulate, LightVolume, Options};
 use raymarch_ref::ShadowMapWalk;
-use scatter_core::{Medium, Phase, ScatterImage};
-use scatter_testing::{Filling, MapKind, OwnedFrame, rel_rmse};
-
-fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
-    image.inscattered().iter().map(|pixel| pixel.map(f64::from)).collect()
-}
+use scatter_core::{Medium, Phase};
+use scatter_testing::{Filling, MapKind, OwnedFrame, rel_rmse, values};
 
 /// Pixels that get more than a millionth of their unoccluded light, against the exact walk.
 fn largest_loss(frame: &OwnedFrame, accumulate: Accumulate) -> (f64, f64) {

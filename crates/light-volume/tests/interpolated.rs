@@ -2,22 +2,8 @@
 
 use light_volume::{LightVolume, Options, Surface};
 use raymarch_ref::{HeightFieldWalk, ShadowMapWalk};
-use scatter_core::{Level, Light, ScatterImage, VolumetricShadow};
-use scatter_testing::{Filling, MapKind, OwnedFrame, Recipe, differing};
-
-fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
-    image.inscattered().iter().map(|pixel| pixel.map(f64::from)).collect()
-}
-
-/// A spot as a point light: where a ray grazes a cone, its own value can be as small as one likes while its ends are
-/// rounded all the same.
-fn without_cone(mut frame: OwnedFrame) -> OwnedFrame {
-    if let Light::Spot(spot) = &frame.light {
-        let lamp = spot.lamp();
-        frame.light = Light::point(lamp.position().into(), lamp.intensity(), lamp.radius()).unwrap();
-    }
-    frame
-}
+use scatter_core::{Level, ScatterImage, VolumetricShadow};
+use scatter_testing::{Filling, MapKind, OwnedFrame, Recipe, differing, values};
 
 /// Largest difference, as a share of a pixel's unoccluded radiance: as of the stepped surface.
 const MOST: f64 = 4e-5;
@@ -37,7 +23,7 @@ impl Seen {
     fn hold(&mut self, frame: &OwnedFrame, what: &str) {
         let truth = values(&frame.render(&mut HeightFieldWalk));
         let stepped = values(&frame.render(&mut ShadowMapWalk::new()));
-        let scale = values(&without_cone(frame.unoccluded()).render(&mut ShadowMapWalk::new()));
+        let scale = values(&frame.unoccluded().without_cone().render(&mut ShadowMapWalk::new()));
         for simd in [Level::new(), Level::baseline()] {
             let options = Options { surface: Surface::Interpolated, ..Options::exact() };
             let mut image = ScatterImage::new();

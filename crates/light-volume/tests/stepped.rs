@@ -4,21 +4,7 @@
 use light_volume::{LightVolume, Options, Tessellation};
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{HeightFalloff, Level, Light, ScatterImage, VolumetricShadow, walked_radiance};
-use scatter_testing::{Filling, MapKind, OwnedFrame, Random, Recipe, differing};
-
-fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
-    image.inscattered().iter().map(|pixel| pixel.map(f64::from)).collect()
-}
-
-/// A spot as a point light: where a ray grazes a cone, its own value can be as small as one likes while its ends are
-/// rounded all the same.
-fn without_cone(mut frame: OwnedFrame) -> OwnedFrame {
-    if let Light::Spot(spot) = &frame.light {
-        let lamp = spot.lamp();
-        frame.light = Light::point(lamp.position().into(), lamp.intensity(), lamp.radius()).unwrap();
-    }
-    frame
-}
+use scatter_testing::{Filling, MapKind, OwnedFrame, Random, Recipe, differing, values};
 
 /// Largest difference, as a share of a pixel's unoccluded radiance (a spot's: without its cone).
 ///
@@ -40,7 +26,7 @@ impl Seen {
     #[track_caller]
     fn hold(&mut self, frame: &OwnedFrame, what: &str) {
         let truth = values(&frame.render(&mut ShadowMapWalk::new()));
-        let scale = values(&without_cone(frame.unoccluded()).render(&mut ShadowMapWalk::new()));
+        let scale = values(&frame.unoccluded().without_cone().render(&mut ShadowMapWalk::new()));
         self.compare(frame, (&truth, &scale), what);
     }
 

@@ -130,16 +130,13 @@ impl Configurable for MinMaxMipmapTechnique {
         match target {
             Target::Quality(level) => Ok(Options::for_quality(level)),
             Target::Error(_) => {
-                let mode = overrides.iter().rfind(|(key, _)| *key == "mode");
-                match mode.filter(|(_, value)| *value != "exact") {
-                    None => Ok(Options::default()),
-                    Some((_, value)) => Err(OptionError::BadValue {
-                        technique: ID,
-                        key: "mode",
-                        value: (*value).into(),
-                        range: "exact: interpolation between slices promises no error".into(),
-                    }),
-                }
+                TABLE.require(
+                    overrides,
+                    "mode",
+                    &["exact"],
+                    "exact: interpolation between slices promises no error",
+                )?;
+                Ok(Options::default())
             }
         }
     }

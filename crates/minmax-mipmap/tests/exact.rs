@@ -2,22 +2,8 @@
 
 use minmax_mipmap::{MinMaxMipmap, Options};
 use raymarch_ref::ShadowMapWalk;
-use scatter_core::{HeightFalloff, Level, Light, ScatterImage, VolumetricShadow, walked_radiance};
-use scatter_testing::{Filling, MapKind, OwnedFrame, Random, Recipe, differing};
-
-fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
-    image.inscattered().iter().map(|pixel| pixel.map(f64::from)).collect()
-}
-
-/// A spot as a point light: where a ray grazes a cone, its own value can be as small as one likes while its ends are
-/// rounded all the same.
-fn without_cone(mut frame: OwnedFrame) -> OwnedFrame {
-    if let Light::Spot(spot) = &frame.light {
-        let lamp = spot.lamp();
-        frame.light = Light::point(lamp.position().into(), lamp.intensity(), lamp.radius()).unwrap();
-    }
-    frame
-}
+use scatter_core::{HeightFalloff, Level, VolumetricShadow, walked_radiance};
+use scatter_testing::{Filling, MapKind, OwnedFrame, Random, Recipe, differing, values};
 
 /// Largest difference, as a share of a pixel's unoccluded radiance (a spot's: without its cone).
 ///
@@ -29,7 +15,7 @@ const MOST: f64 = 4e-5;
 #[track_caller]
 fn assert_exact(frame: &OwnedFrame, what: &str) -> f64 {
     let truth = values(&frame.render(&mut ShadowMapWalk::new()));
-    let scale = values(&without_cone(frame.unoccluded()).render(&mut ShadowMapWalk::new()));
+    let scale = values(&frame.unoccluded().without_cone().render(&mut ShadowMapWalk::new()));
     // Glass of the tests is at most twice as bright as air.
     let factor = if frame.texture.is_some() { 2.0 } else { 1.0 };
     let scale: Vec<[f64; 3]> = scale.iter().map(|pixel| pixel.map(|value| value * factor)).collect();

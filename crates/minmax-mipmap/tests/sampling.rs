@@ -5,7 +5,9 @@ use minmax_mipmap::slices::TreeKind;
 use minmax_mipmap::{Downscale, Edges, MinMaxMipmap, Mode, Options};
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{HeightFalloff, Level, Projection, RenderStats, ScatterImage, VolumetricShadow};
-use scatter_testing::{Filling, MapKind, OwnedFrame, Recipe, boards, coloured_medium, differing, rel_rmse};
+use scatter_testing::{
+    Filling, MapKind, OwnedFrame, Recipe, boards, coloured_medium, differing, rel_rmse, values,
+};
 
 const SAMPLING: Options = Options {
     mode: Mode::Sampling,
@@ -27,10 +29,6 @@ fn rendered(frame: &OwnedFrame, options: Options) -> (ScatterImage, RenderStats)
     let mut technique = MinMaxMipmap::new(options);
     let stats = frame.with(|frame| technique.render(frame, &mut image)).expect("a frame that is supported");
     (image, stats)
-}
-
-fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
-    image.inscattered().iter().map(|pixel| pixel.map(f64::from)).collect()
 }
 
 fn exact(frame: &OwnedFrame) -> ScatterImage {

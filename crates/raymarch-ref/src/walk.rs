@@ -227,7 +227,9 @@ pub fn add_coloured(
         Some((start, end)) => {
             push([1.0; 3], a, start);
             match MapPath::new(path, projection.is_perspective(), projection.size(), start, end) {
-                Some(path) => walk_colours(texture, &path, (start, end), &mut push),
+                Some(path) => {
+                    path.visit_texels((start, end), |i, j, from, to| push(texture.at(i, j), from, to))
+                }
                 None => push([1.0; 3], start, end),
             }
             push([1.0; 3], end, b);
@@ -240,30 +242,4 @@ pub fn add_coloured(
 
 pub fn tint(colour: [f32; 3]) -> DVec3 {
     DVec3::from(colour.map(f64::from))
-}
-
-fn walk_colours(
-    texture: &LightTexture<'_>,
-    path: &MapPath,
-    (a, b): (f64, f64),
-    push: &mut impl FnMut([f32; 3], f64, f64),
-) {
-    let (mut i, mut j) = path.texel_at(a);
-    let (mut exit_u, mut exit_v) = (path.u.exit(i, 1), path.v.exit(j, 1));
-    let mut t = a;
-    loop {
-        let end = exit_u.min(exit_v).min(b);
-        push(texture.at(i as u32, j as u32), t, end);
-        if end >= b {
-            return;
-        }
-        t = end;
-        if exit_u <= exit_v {
-            i = path.u.after(i, 1);
-            exit_u = path.u.exit(i, 1);
-        } else {
-            j = path.v.after(j, 1);
-            exit_v = path.v.exit(j, 1);
-        }
-    }
 }

@@ -48,6 +48,7 @@ mod sun_integral_f32;
 mod sun_interval;
 
 pub mod parallel;
+mod ray_fan;
 mod ray_lanes;
 mod ray_layers;
 mod simd;
@@ -93,8 +94,9 @@ pub use option_table::{
 };
 pub use phase::{INV_4PI, Phase};
 pub use quality::{Quality, Target};
+pub use ray_fan::{AffineInPixel, MapFan, RayFan};
 pub use ray_lanes::RayLanes;
-pub use ray_layers::{LayerPiece, layer_pieces, lit_stretches};
+pub use ray_layers::{LayerPiece, layer_pieces, lit_part, lit_stretches};
 pub use ray_light::RayLight;
 pub use render_error::{RenderError, Unsupported};
 pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};

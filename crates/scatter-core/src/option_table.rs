@@ -186,6 +186,25 @@ impl<O> OptionTable<O> {
         overrides.iter().try_for_each(|(key, value)| self.set(options, key, value))
     }
 
+    /// An error if the caller sets an option to anything but these values: what a promise needs. `range` says which and why.
+    pub fn require(
+        &self,
+        overrides: &[(&str, &str)],
+        key: &'static str,
+        allowed: &[&str],
+        range: &str,
+    ) -> Result<(), OptionError> {
+        match overrides.iter().rfind(|(own, _)| *own == key) {
+            Some(&(_, value)) if !allowed.contains(&value) => Err(OptionError::BadValue {
+                technique: self.technique,
+                key,
+                value: value.into(),
+                range: range.into(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// Keys and values of all options as text that [`Self::set`] takes.
     pub fn values(&self, options: &O) -> Vec<(&'static str, String)> {
         self.rows.iter().map(|row| (row.key, (row.get)(options).to_string())).collect()

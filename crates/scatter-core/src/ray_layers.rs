@@ -165,8 +165,8 @@ pub fn lit_stretches(
     }
 }
 
-/// The stretch of a span that is not deeper than the texel's surface.
-fn lit_part(surface: f64, path: &MapRay, span: &TexelSpan) -> Option<(f64, f64)> {
+/// The stretch of a texel's span that is not deeper than its surface, in the parameter of `path`; `None` where there is none.
+pub fn lit_part(surface: f64, path: &MapRay, span: &TexelSpan) -> Option<(f64, f64)> {
     let (start, step) = (path.start.z, path.step.z);
     if surface == f64::INFINITY {
         return Some((span.t_min, span.t_max));

@@ -36,6 +36,11 @@ pub struct Value {
 /// Nothing that a pixel holds is smaller: what is measured by less is measured by this.
 const LEAST_SCALE: f64 = 1e-30;
 
+/// The in-scattered radiance of an image's pixels, as what others are compared with.
+pub fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
+    image.inscattered().iter().map(|pixel| pixel.map(f64::from)).collect()
+}
+
 /// Values of `found` that are farther from `expected` than `allowed` times `scale`; both `[y][x]`, of the image's size.
 ///
 /// What a value is measured by is the caller's: a pixel's unoccluded radiance for a sum of parts that cancel, the value
@@ -168,10 +173,6 @@ mod tests {
             *pixel = std::array::from_fn(|channel| (3 * n + channel) as f32);
         }
         image
-    }
-
-    fn values(image: &ScatterImage) -> Vec<[f64; 3]> {
-        image.inscattered().iter().map(|pixel| pixel.map(f64::from)).collect()
     }
 
     #[test]

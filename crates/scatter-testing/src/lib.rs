@@ -21,7 +21,7 @@ mod random_frame;
 mod slice_case;
 mod stock;
 
-pub use comparison::{Comparison, differing, exceeding, largest_difference, rel_rmse};
+pub use comparison::{Comparison, differing, exceeding, largest_difference, rel_rmse, values};
 pub use dense::{Sampled, dense};
 pub use filling::Filling;
 pub use meadow::{Lighting, meadow};

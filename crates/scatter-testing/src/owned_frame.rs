@@ -120,6 +120,16 @@ impl OwnedFrame {
         }
     }
 
+    /// With a point light in the place of a spot: where a ray grazes a cone, its own value can be as small as one likes while
+    /// its ends are rounded all the same.
+    pub fn without_cone(mut self) -> Self {
+        if let Light::Spot(spot) = &self.light {
+            let lamp = spot.lamp();
+            self.light = Light::point(lamp.position().into(), lamp.intensity(), lamp.radius()).unwrap();
+        }
+        self
+    }
+
     /// The image by a technique that is known to do it.
     #[track_caller]
     pub fn render(&self, technique: &mut dyn VolumetricShadow) -> ScatterImage {

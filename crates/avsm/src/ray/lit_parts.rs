@@ -2,7 +2,7 @@
 //! passed at once.
 
 use glam::DVec3;
-use scatter_core::{Frame, LayerPiece, MapRay, ModelError, ShadowLayer, TexelSpan, ViewRay, layer_pieces};
+use scatter_core::{Frame, LayerPiece, ModelError, ShadowLayer, ViewRay, layer_pieces, lit_part};
 
 use crate::map::pyramid::{Pyramid, depths_on};
 
@@ -72,21 +72,6 @@ fn walk_layer(
             }
         },
     );
-}
-
-/// The part of a span that is not deeper than the texel's surface.
-fn lit_part(surface: f64, path: &MapRay, span: &TexelSpan) -> Option<(f64, f64)> {
-    let (start, step) = (path.start.z, path.step.z);
-    if surface == f64::INFINITY {
-        return Some((span.t_min, span.t_max));
-    }
-    let crossing = (surface - start) / step;
-    match step.partial_cmp(&0.0)? {
-        std::cmp::Ordering::Greater => Some((span.t_min, span.t_max.min(crossing))),
-        std::cmp::Ordering::Less => Some((span.t_min.max(crossing), span.t_max)),
-        std::cmp::Ordering::Equal => (start <= surface).then_some((span.t_min, span.t_max)),
-    }
-    .filter(|(a, b)| a < b)
 }
 
 #[cfg(test)]

@@ -10,7 +10,9 @@
 //! so a lamp's pyramid becomes a box, the code is −1/w, and the planes of all faces are square to an axis. A border `k` of a
 //! column is crossed at `(k − start)·inverse`: one number a ray and border, however many faces stand on it.
 
-use super::ray_fan::{MapFan, MapPath};
+use scatter_core::MapFan;
+
+use super::ray_fan::{MapPath, MapRays};
 
 /// Pixels along the side of a block.
 pub const SIDE: u32 = 8;

@@ -1,7 +1,7 @@
 //! The image pass: faces of the mesh to crossings of pixels' rays, crossings to lit intervals, intervals to radiance.
 //!
 //! ```text
-//! ray_fan      view rays in a map's space: affine in the pixel's place
+//! ray_fan      a pixel's ray in a map's space, and what of it lies inside
 //! block_rays   those of 8×8 pixels, in a parameter in which borders and depths are crossed in order
 //! beam         what bounds the rays of a block or of a tile: what no pixel can see is left out
 //! candidates   which patches the rays of a tile, and then of a block, may cross
@@ -23,12 +23,13 @@ mod tile;
 
 use std::sync::{Mutex, PoisonError};
 
-use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel};
+use scatter_core::{
+    Frame, Level, MapFan, RayFan, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel,
+};
 
 use crate::options::{Options, Surface};
 use crate::volume::{HeightField, SteppedVolume, Tessellation, Tolerance};
 use integrate::Integrand;
-use ray_fan::{MapFan, RayFan};
 use tile::{Meshes, Most, Scene, TILE, TileWork};
 
 /// Meshes and image pass with their buffers, which serve the next frame.

@@ -14,7 +14,8 @@
 
 use fearless_simd::Simd;
 use scatter_core::{
-    Frame, Light, MapKind, RayLanes, ShadowLayer, SunIntegralF32, lit_stretches, transmittances_of_pixels_f32,
+    Frame, Light, MapFan, MapKind, RayFan, RayLanes, ShadowLayer, SunIntegralF32, lit_stretches,
+    transmittances_of_pixels_f32,
 };
 
 use super::beam::Beam;
@@ -24,7 +25,7 @@ use super::coverage::cross;
 use super::crossings::{Crossing, Crossings, ENTERS, LEAVES, make_room};
 use super::facets::{cross_facets, starts_behind};
 use super::integrate::{Integrand, LANES, Run, TileSums, along_ray};
-use super::ray_fan::{MapFan, RayFan};
+use super::ray_fan::MapRays;
 use crate::volume::SteppedVolume;
 use crate::volume::height_field::{HeightField, facet_at};
 

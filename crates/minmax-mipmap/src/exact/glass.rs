@@ -12,10 +12,10 @@
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use scatter_core::{Level, LightTexture, at_level};
+use scatter_core::{Level, LightTexture, MapFan, at_level};
 
 use super::lanes::{Answers, Indices, Reals, index, lit_length, real};
-use super::ray_fan::{LANES, MapFan, MapPaths, Wide, greater, lesser};
+use super::ray_fan::{LANES, MapLanes, MapPaths, Wide, greater, lesser};
 
 /// Coarsest block: 2⁵ texels a side.
 const COARSEST: u8 = 5;

@@ -7,12 +7,12 @@
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::DVec3;
-use scatter_core::{Camera, Frame, Light, LightIntegralF32, Projection, RayLanes, RayLight, ViewRay};
+use scatter_core::{Camera, Frame, Light, LightIntegralF32, Projection, RayFan, RayLanes, RayLight, ViewRay};
 
 use super::glass::{Glass, GlassBlocks, GlassRuns};
 use super::lanes::{Reals, lit_length, real};
 use super::queues::Runs;
-use super::ray_fan::{LANES, RayFan};
+use super::ray_fan::LANES;
 use super::segment::{Segment, Start, Word};
 
 /// What is added up.

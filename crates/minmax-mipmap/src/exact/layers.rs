@@ -1,9 +1,9 @@
 //! What is prepared of each layer of a light: its mipmap, coded for the depths that view rays have in it.
 
-use scatter_core::{Frame, Level, at_level};
+use scatter_core::{Frame, Level, MapFan, RayFan, at_level};
 
 use crate::depth_codes::DepthCodes;
-use crate::exact::ray_fan::{GROUP, LANES, MapFan, RayFan};
+use crate::exact::ray_fan::{GROUP, LANES, MapLanes, stretches};
 use crate::tree::MinMaxTree;
 
 /// Groups of pixels that are looked at for the range of depths: every fourth one in both directions. What lies outside of
@@ -60,7 +60,7 @@ fn visible_depths(frame: &Frame<'_>, fan: &RayFan, map_fan: &MapFan) -> [f64; 2]
     let mut depths = [f64::INFINITY, 0.0];
     for y in (0..height).step_by(GROUP[1] as usize * SAMPLED) {
         for x in (0..width).step_by(GROUP[0] as usize * SAMPLED) {
-            let (paths, stretch) = (map_fan.paths([x, y]), fan.stretch([x, y]));
+            let (paths, stretch) = (map_fan.paths([x, y]), stretches(fan, [x, y]));
             let (mut from, mut to) = ([0.0; LANES], [0.0; LANES]);
             for (lane, to) in to.iter_mut().enumerate().take(GROUP[0].min(width - x) as usize) {
                 *to = f64::from(frame.depth().at(x + lane as u32, y)).min(limit) / stretch[lane];

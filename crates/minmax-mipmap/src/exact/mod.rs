@@ -28,12 +28,13 @@ mod tree_view;
 
 use std::sync::{Mutex, PoisonError};
 
-use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel};
+use scatter_core::{
+    Frame, Level, RayFan, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel,
+};
 
 use glass::GlassBlocks;
 use integrate::Integrand;
 use layers::LayerTrees;
-use ray_fan::RayFan;
 use set_up::LayerFan;
 use tile::{Scene, TILE, TileWork};
 

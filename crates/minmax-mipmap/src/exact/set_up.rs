@@ -7,11 +7,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, u32x16};
 
+use scatter_core::{MapFan, RayFan};
+
 use super::lanes::transpose;
 use super::layers::LayerTrees;
-use super::ray_fan::{
-    GROUP, LANES, MapFan, MapPaths, RayFan, Wide, clip_by, greater, lesser, place_in_group,
-};
+use super::ray_fan::{GROUP, LANES, MapLanes, MapPaths, Wide, clip_by, greater, lesser, place_in_group};
 use super::segment::{Segment, Start, Word};
 use super::slabs::{Kind, SlabView, Slabs};
 use super::tree_view::TreeView;

@@ -12,7 +12,7 @@
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use scatter_core::{Frame, Light, RayLanes, SunIntegralF32, transmittances_of_pixels_f32};
+use scatter_core::{Frame, Light, RayFan, RayLanes, SunIntegralF32, transmittances_of_pixels_f32};
 
 use super::descent::{Looks, lit_stretches};
 use super::integrate::{Integrand, TileSums};
@@ -20,7 +20,7 @@ use super::lanes::{Reals, real};
 use super::layers::LayerTrees;
 use super::packets::{PADDING, Packets};
 use super::queues::{Blocks, Runs};
-use super::ray_fan::{GROUP, LANES, RayFan};
+use super::ray_fan::{GROUP, LANES, stretches};
 use super::set_up::{Found, GROUPS, LayerFan, numbers_in_tile};
 use super::texels::{TexelView, look_closely};
 use super::tree_view::TreeView;
@@ -111,7 +111,7 @@ impl TileWork {
                 let mut ends = [[0.0; LANES]; GROUPS];
                 for (group, ends) in ends.iter_mut().enumerate() {
                     let first_row = y + group as u32 * GROUP[1];
-                    let stretch = scene.fan.stretch([place[0], sums.origin[1] + first_row]);
+                    let stretch = stretches(&scene.fan, [place[0], sums.origin[1] + first_row]);
                     for row in 0..GROUP[1] {
                         let lanes = (row * GROUP[0]) as usize..((row + 1) * GROUP[0]) as usize;
                         let in_tile = ((first_row + row) * TILE[0] + x) as usize;

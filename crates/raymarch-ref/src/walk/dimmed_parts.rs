@@ -101,26 +101,11 @@ fn walk(
     (a, b): (f64, f64),
     pieces: &mut Pieces<'_>,
 ) {
-    let (mut i, mut j) = path.texel_at(a);
-    let (mut exit_u, mut exit_v) = (path.u.exit(i, 1), path.v.exit(j, 1));
-    let mut t = a;
     let mut cuts = CUTS.take();
-    loop {
-        let end = exit_u.min(exit_v).min(b);
-        texel(layer.at(i as u32, j as u32), [depth, slope], [t, end], &mut cuts, pieces);
-        if end >= b {
-            CUTS.set(cuts);
-            return;
-        }
-        t = end;
-        if exit_u <= exit_v {
-            i = path.u.after(i, 1);
-            exit_u = path.u.exit(i, 1);
-        } else {
-            j = path.v.after(j, 1);
-            exit_v = path.v.exit(j, 1);
-        }
-    }
+    path.visit_texels((a, b), |i, j, from, to| {
+        texel(layer.at(i, j), [depth, slope], [from, to], &mut cuts, pieces);
+    });
+    CUTS.set(cuts);
 }
 
 /// The pieces of a ray within one texel.

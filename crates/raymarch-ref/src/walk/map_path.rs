@@ -93,6 +93,29 @@ impl MapPath {
         (self.column_at(t), self.row_at(t))
     }
 
+    /// Calls `each(i, j, from, to)` for every texel of `[a, b]`, in order.
+    #[inline(always)]
+    pub fn visit_texels(&self, (a, b): (f64, f64), mut each: impl FnMut(u32, u32, f64, f64)) {
+        let (mut i, mut j) = self.texel_at(a);
+        let (mut exit_u, mut exit_v) = (self.u.exit(i, 1), self.v.exit(j, 1));
+        let mut t = a;
+        loop {
+            let end = exit_u.min(exit_v).min(b);
+            each(i as u32, j as u32, t, end);
+            if end >= b {
+                return;
+            }
+            t = end;
+            if exit_u <= exit_v {
+                i = self.u.after(i, 1);
+                exit_u = self.u.exit(i, 1);
+            } else {
+                j = self.v.after(j, 1);
+                exit_v = self.v.exit(j, 1);
+            }
+        }
+    }
+
     /// The column at `t`.
     pub fn column_at(&self, t: f64) -> i32 {
         self.u.texel_at(t, self.coordinate(self.ray.start.x, self.ray.step.x, t))
