@@ -70,6 +70,12 @@ impl RayFan {
         }
     }
 
+    /// Whether s is the depth along a perspective camera's axis; else it is the way along the rays.
+    #[inline(always)]
+    pub fn is_perspective(&self) -> bool {
+        self.perspective
+    }
+
     /// How long a unit of s is on the ray of a pixel \[world units\].
     #[inline(always)]
     pub fn stretch(&self, [x, y]: [u32; 2]) -> f64 {

@@ -38,10 +38,14 @@ pub fn place_in_group(lane: usize) -> [u32; 2] {
 /// How long a unit of s is on the rays of the group of pixels from `(x, y)` on \[world units\].
 #[inline(always)]
 pub fn stretches(fan: &RayFan, [x, y]: [u32; 2]) -> Wide {
-    std::array::from_fn(|lane| {
-        let [column, row] = place_in_group(lane);
-        fan.stretch([x + column, y + row])
-    })
+    let mut stretches = [1.0; LANES];
+    if fan.is_perspective() {
+        for (lane, stretch) in stretches.iter_mut().enumerate() {
+            let [column, row] = place_in_group(lane);
+            *stretch = fan.stretch([x + column, y + row]);
+        }
+    }
+    stretches
 }
 
 /// The rays of a [`MapFan`], sixteen at a time.
