@@ -12,7 +12,8 @@ use rayon::prelude::*;
 use scatter_core::{HeightFalloff, Light, Phase, TranslucentSegment};
 
 use crate::closed_form::{
-    Channel, Cone, Fog, Lamp, PhaseFunction, fog_lamp_radiance, fog_sun_radiance, lamp_radiance, sun_radiance,
+    Channel, Cone, Fading, Fog, Lamp, PhaseFunction, fog_lamp_radiance, fog_sun_radiance, lamp_radiance,
+    sun_radiance,
 };
 use crate::scenario::{MapFrame, MapLayer, PixelRay, Scenario, Shadow};
 
@@ -72,7 +73,7 @@ impl Scenario {
         });
         let physics = Physics::new(self, ray);
         let radiance = physics.radiance(&coloured, true);
-        let clear = [((0.0, ray.end), [brightest; 3])];
+        let clear = [Piece::clear(((0.0, ray.end), [brightest; 3]))];
         let own = physics.radiance(&clear, true);
         let is_spot = matches!(self.light, Light::Spot(_));
         let without_cone = if is_spot { physics.radiance(&clear, false) } else { own };
@@ -137,25 +138,22 @@ impl Scenario {
     }
 }
 
-/// Slices of a piece in smoke, each with the mean of its transmittance: wrong by a twelfth of how much the transmittance and the
-/// radiance change in a slice, 3e-7 where the smoke has an optical depth of 1.5 and the medium one of 0.05.
-const SLICES: u32 = 112;
-
 impl Scenario {
-    /// The pieces with what smoke and hair leave of their light.
-    fn dimmed(&self, ray: &PixelRay, pieces: Vec<(Span, [f32; 3])>) -> Vec<(Span, [f32; 3])> {
-        let Some(smoke) = &self.smoke else { return pieces };
+    /// The lit pieces with what smoke and hair do to their light.
+    fn dimmed(&self, ray: &PixelRay, pieces: Vec<(Span, [f32; 3])>) -> Vec<Piece> {
+        let Some(smoke) = &self.smoke else { return pieces.into_iter().map(Piece::clear).collect() };
         let path = Path::new(&smoke.frame, smoke.frame.right(), self.camera.eye(), ray);
         let inside: Vec<Span> = path.inside(ray.end).into_iter().collect();
         let mut dimmed = Vec::new();
         for (span, colour) in &pieces {
-            dimmed.extend(without(&[*span], inside.clone()).into_iter().map(|span| (span, *colour)));
+            let outside = without(&[*span], inside.clone());
+            dimmed.extend(outside.into_iter().map(|span| Piece::clear((span, *colour))));
         }
         path.cells(ray.end, |texel, cell| {
-            for (part, left) in parts(&smoke.texels[texel], path.depth, cell) {
+            for part in parts(&smoke.texels[texel], path.depth, cell) {
                 for (span, colour) in &pieces {
-                    let common = common(*span, part);
-                    dimmed.extend(common.map(|span| (span, colour.map(|c| (f64::from(c) * left) as f32))));
+                    let common = common(*span, part.span);
+                    dimmed.extend(common.map(|span| part.cut(span, *colour)));
                 }
             }
         });
@@ -163,8 +161,30 @@ impl Scenario {
     }
 }
 
-/// A part of a ray within one texel, cut so fine that what the segments leave is a number in each.
-fn parts(segments: &[TranslucentSegment], depth: [f64; 2], (from, to): Span) -> Vec<(Span, f64)> {
+/// A piece of a ray with the colour of its light and the optical depths of what dims it.
+struct Piece {
+    span: Span,
+    colour: [f32; 3],
+    /// At both ends, linear between.
+    depths: [f64; 2],
+}
+
+impl Piece {
+    fn clear((span, colour): (Span, [f32; 3])) -> Self {
+        Self { span, colour, depths: [0.0; 2] }
+    }
+
+    /// The part of it in `span`.
+    fn cut(&self, span: Span, colour: [f32; 3]) -> Self {
+        let [a, b] = self.depths;
+        let at = |t: f64| a + (b - a) * ((t - self.span.0) / (self.span.1 - self.span.0)).clamp(0.0, 1.0);
+        let depths = if a == b { [a; 2] } else { [at(span.0), at(span.1)] };
+        Self { span, colour, depths }
+    }
+}
+
+/// The parts of a ray within one texel, cut where a segment begins or ends: in each the optical depth is linear.
+fn parts(segments: &[TranslucentSegment], depth: [f64; 2], (from, to): Span) -> Vec<Piece> {
     // Optical depth before the ray parameter t, of which the segments' ends are seen from `side`.
     let taken = |t: f64, side: f64| {
         let (at, inner) = (depth[0] + depth[1] * t, depth[0] + depth[1] * side);
@@ -185,24 +205,17 @@ fn parts(segments: &[TranslucentSegment], depth: [f64; 2], (from, to): Span) -> 
     cuts.retain(|cut| *cut > from && *cut < to);
     cuts.extend([from, to]);
     cuts.sort_by(f64::total_cmp);
-    let mut parts = Vec::new();
-    for pair in cuts.windows(2).filter(|pair| pair[0] < pair[1]) {
-        // Beyond the last cut nothing changes.
-        let is_last = !pair[1].is_finite();
-        let side = if is_last { 2.0 * pair[0] + 1.0 } else { 0.5 * (pair[0] + pair[1]) };
-        let is_even = is_last || segments.iter().all(|segment| segment.exit == segment.entry);
-        let count = if is_even { 1 } else { SLICES };
-        let at = |index: u32| pair[0] + (pair[1] - pair[0]) * (f64::from(index) / f64::from(count));
-        for index in 0..count {
-            let slice = if count == 1 { (pair[0], pair[1]) } else { (at(index), at(index + 1)) };
-            let last = if is_last { side } else { slice.1 };
-            let (a, b) = (taken(slice.0, side), taken(last, side));
-            // The mean of exp(−depth) over a linear depth.
-            let mean = if a == b { (-a).exp() } else { ((-a).exp() - (-b).exp()) / (b - a) };
-            parts.push((slice, mean));
-        }
-    }
-    parts
+    cuts.dedup();
+    cuts.windows(2)
+        .map(|pair| {
+            let [a, b] = [pair[0], pair[1]];
+            // Beyond the last cut nothing changes.
+            let is_last = !b.is_finite();
+            let side = if is_last { 2.0 * a + 1.0 } else { 0.5 * (a + b) };
+            let depths = [a, if is_last { side } else { b }].map(|t| taken(t, side));
+            Piece { span: (a, b), colour: [1.0; 3], depths: if is_last { [depths[1]; 2] } else { depths } }
+        })
+        .collect()
 }
 
 /// Forward and up of the cube faces +X −X +Y −Y +Z −Z (the cube map convention of Direct3D, Vulkan and wgpu: up is
@@ -377,36 +390,43 @@ impl<'a> Physics<'a> {
     }
 
     /// All pieces together, with or without the cone of a spot.
-    fn radiance(&self, pieces: &[(Span, [f32; 3])], with_cone: bool) -> [f64; 3] {
+    fn radiance(&self, pieces: &[Piece], with_cone: bool) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        for &((start, end), colour) in pieces {
+        for piece in pieces {
             let mut per_unit = [0.0; 3];
             for channel in 0..3 {
                 let twin = self.twin[channel];
                 per_unit[channel] =
-                    if twin < channel { per_unit[twin] } else { self.piece(channel, start, end, with_cone) };
-                sum[channel] +=
-                    per_unit[channel] * self.scenario.light.strength()[channel] * f64::from(colour[channel]);
+                    if twin < channel { per_unit[twin] } else { self.piece(channel, piece, with_cone) };
+                sum[channel] += per_unit[channel]
+                    * self.scenario.light.strength()[channel]
+                    * f64::from(piece.colour[channel]);
             }
         }
         sum
     }
 
     /// One channel of a lit interval, for a light of strength 1.
-    fn piece(&self, channel: usize, start: f64, end: f64, with_cone: bool) -> f64 {
+    fn piece(&self, channel: usize, piece: &Piece, with_cone: bool) -> f64 {
         let components = &self.components[channel];
-        if components.iter().all(|(sigma_s, _)| *sigma_s == 0.0) {
+        let least = piece.depths[0].min(piece.depths[1]);
+        if components.iter().all(|(sigma_s, _)| *sigma_s == 0.0) || least > DARK {
             return 0.0;
         }
         let medium = Channel { components, sigma_t: self.scenario.medium.sigma_t()[channel] };
         let relative = |position: DVec3| position - self.scenario.camera.eye() - self.ray.origin;
+        let view = self.ray.direction;
         let lamp = match &self.scenario.light {
             Light::Directional(sun) => {
-                let (travel, view) = (sun.direction(), self.ray.direction);
-                return match &self.fog {
-                    None => sun_radiance(1.0, travel, &medium, view, start, end),
-                    Some(fog) => fog_sun_radiance(1.0, travel, &medium, fog, (view, start, end)),
-                };
+                let travel = sun.direction();
+                return self.faded(
+                    piece,
+                    |(start, end)| match &self.fog {
+                        None => sun_radiance(1.0, travel, &medium, view, start, end),
+                        Some(fog) => fog_sun_radiance(1.0, travel, &medium, fog, (view, start, end)),
+                    },
+                    |fading| fading.sun_radiance(1.0, travel, &medium, view),
+                );
             }
             Light::Point(lamp) => Lamp { position: relative(lamp.position()), intensity: 1.0, cone: None },
             Light::Spot(spot) => {
@@ -415,12 +435,42 @@ impl<'a> Physics<'a> {
                 Lamp { position: relative(spot.lamp().position()), intensity: 1.0, cone }
             }
         };
-        match &self.fog {
-            None => lamp_radiance(&lamp, &medium, self.ray.direction, start, end),
-            Some(fog) => fog_lamp_radiance(&lamp, &medium, fog, (self.ray.direction, start, end)),
+        self.faded(
+            piece,
+            |(start, end)| match &self.fog {
+                None => lamp_radiance(&lamp, &medium, view, start, end),
+                Some(fog) => fog_lamp_radiance(&lamp, &medium, fog, (view, start, end)),
+            },
+            |fading| fading.lamp_radiance(&lamp, &medium, view),
+        )
+    }
+
+    /// A piece by the form of a lit interval where the light does not fade along it, else by `fading`'s integrand. In height
+    /// fog, which has no such form, in slices, each with the mean of its transmittance.
+    fn faded(&self, piece: &Piece, lit: impl Fn(Span) -> f64, fading: impl Fn(&Fading) -> f64) -> f64 {
+        let ((a, b), [from, to]) = (piece.span, piece.depths);
+        if from == to {
+            return (-from).exp() * lit(piece.span);
         }
+        if self.fog.is_none() {
+            return fading(&Fading { span: piece.span, depths: piece.depths });
+        }
+        let at = |index: u32| f64::from(index) / f64::from(SLICES);
+        let slice = |index: u32| {
+            let (x, y) = (at(index), at(index + 1));
+            let [p, q] = [x, y].map(|share| from + (to - from) * share);
+            ((-p).exp() - (-q).exp()) / (q - p) * lit((a + (b - a) * x, a + (b - a) * y))
+        };
+        (0..SLICES).map(slice).sum()
     }
 }
+
+/// Optical depth from which on nothing is left in f64 either, infinite ones among them.
+const DARK: f64 = 750.0;
+
+/// Slices of a piece in smoke and height fog: wrong by a twelfth of how much the transmittance and the radiance change in a
+/// slice, 3e-7 where the smoke has an optical depth of 1.5 and the medium one of 0.05.
+const SLICES: u32 = 112;
 
 fn transmittance(sigma: f64, end: f64) -> f64 {
     if sigma == 0.0 { 1.0 } else { (-sigma * end).exp() }

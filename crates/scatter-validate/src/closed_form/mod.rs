@@ -10,6 +10,7 @@
 
 mod airlight;
 mod cone;
+mod dimmed;
 mod exponential_integral;
 mod fog;
 mod phase;
@@ -20,6 +21,7 @@ mod terms;
 pub(crate) use airlight::PUBLISHED;
 pub use airlight::{airlight_isotropic, lamp_radiance};
 pub use cone::Cone;
+pub use dimmed::Fading;
 pub use fog::{Fog, fog_lamp_radiance, fog_sun_by_quadrature, fog_sun_radiance};
 pub use phase::PhaseFunction;
 pub use sun::{sun_integral, sun_radiance};

@@ -9,8 +9,6 @@ mod images_and_cameras;
 mod laws;
 mod maps;
 mod media;
-// Of the references alone so far: no technique renders smoke and hair.
-#[cfg(test)]
 mod smoke;
 mod suite_lamp;
 mod suite_sun;
@@ -33,6 +31,7 @@ pub fn all_rows() -> Vec<StressRow> {
         eyes_and_lights::rows(),
         images_and_cameras::rows(),
         maps::rows(),
+        smoke::rows(),
         conventions::rows(),
         laws::rows(),
         bad_input::rows(),
