@@ -9,7 +9,7 @@ pub use crate::curves::avsm::Removal;
 pub const ID: &str = "avsm";
 
 /// Largest side of a curve map \[texels\]: 16 nodes of it are 537 MB a layer.
-pub const MOST_CURVES: u32 = 2048;
+pub const MOST_CURVES: u32 = scatter_core::MemoryBound::LARGEST_CURVES as u32;
 
 /// Options of [`Avsm`](crate::Avsm). On a frame without translucent occluders only [`Self::opaque`] matters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +29,8 @@ pub struct Options {
     /// Texels along the longer side of a curve map, 1 to [`MOST_CURVES`]; of cube faces and cascades each. Captured layers have
     /// their own size.
     pub curves: u32,
+    /// Whose texels those of a source's curve maps are.
+    pub grid: Grid,
     /// Where opaque surfaces are.
     pub opaque: Opaque,
 }
@@ -77,6 +79,18 @@ pub enum Moments {
     Eight,
 }
 
+/// Whose texels the curve maps of a source's occluders have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Grid {
+    /// Their own: a map around the occluders under a sun, the shadow map's cone or faces around lamps.
+    #[default]
+    Own,
+    /// The shadow map's, those that the occluders cover, where these are no more than twice [`Options::curves`] along the longer
+    /// side; else their own. Hair that is thinner than a texel is then hit and missed as shadow-map truth hits and misses
+    /// it.
+    ShadowMap,
+}
+
 /// Where opaque surfaces are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Opaque {
@@ -97,15 +111,23 @@ impl Default for Options {
             moments: Moments::Six,
             threshold: 0.002,
             curves: 256,
+            grid: Grid::Own,
             opaque: Opaque::Map,
         }
     }
 }
 
 impl Options {
-    /// What a level chooses: 16 nodes for film, else [`Self::default`].
+    /// What a level chooses: the shadow map's texels where they are few enough; for film 16 nodes, and 512 texels a side where
+    /// the curve maps have texels of their own.
+    ///
+    /// What bounds the error on hair is neither nodes nor their rule but the light rays between texel centres, which hit or
+    /// miss it: a map of its own is one more sample of that, however many nodes it has (README, "What it finds").
     pub fn for_quality(level: Quality) -> Self {
-        let nodes = if level == Quality::Film { Nodes::Sixteen } else { Nodes::Eight };
-        Self { nodes, ..Self::default() }
+        let base = Self { grid: Grid::ShadowMap, ..Self::default() };
+        match level {
+            Quality::Film => Self { nodes: Nodes::Sixteen, curves: 512, ..base },
+            _ => base,
+        }
     }
 }

@@ -5,7 +5,7 @@ use scatter_core::{
     TechniqueInfo, VolumetricShadow, option_row,
 };
 
-use crate::options::{Between, Curve, ID, MOST_CURVES, Moments, Nodes, Opaque, Options, Removal};
+use crate::options::{Between, Curve, Grid, ID, MOST_CURVES, Moments, Nodes, Opaque, Options, Removal};
 use crate::technique::{Avsm, CAPABILITIES};
 
 static TABLE: OptionTable<Options> = OptionTable {
@@ -15,7 +15,7 @@ static TABLE: OptionTable<Options> = OptionTable {
         option_row!("nodes", "nodes of an adaptive curve", Nodes, nodes),
         option_row!(
             "removal",
-            "which node an adaptive curve loses: by the area of exponentials or of triangles",
+            "which node an adaptive curve loses: by the area of exponentials, of triangles, or of both nodes of an insertion together",
             Removal,
             removal
         ),
@@ -36,6 +36,12 @@ static TABLE: OptionTable<Options> = OptionTable {
             curves as u32
         ),
         option_row!(
+            "grid",
+            "texels of a source's curve maps: its own, or the shadow map's where they are at most twice curves a side (every level, unless curves is given)",
+            Grid,
+            grid
+        ),
+        option_row!(
             "opaque",
             "where opaque surfaces are: in the shadow map, or in the curves",
             Opaque,
@@ -51,10 +57,10 @@ static INFO: TechniqueInfo = TechniqueInfo {
     misses: "",
     capabilities: CAPABILITIES,
     rounding: Rounding::F64,
-    // Blocks of the shadow map: 8.2 bytes for 64 texels. Curves: 16 layers of 2048² with 16 nodes are 8.6 GB, by default six of
-    // 256² with 8 nodes 25 MB. Deep and uncompressed curves hold what their occluders ask besides, within core's limit of
-    // a capture.
-    memory: MemoryBound { fixed: 9 << 30, a_pixel: 8, a_texel: 1 },
+    // Blocks of the shadow map: 8.2 bytes for 64 texels, and a few in the smallest of maps. With opaque surfaces in the curves a
+    // curve of 16 nodes or 32 slices a texel, no more than the map has, and its blocks; lists of nodes less, but in bands
+    // of 8 rows. Translucent occluders are core's.
+    memory: MemoryBound { fixed: 1 << 16, a_pixel: 8, a_texel: 176 },
     options: &TABLE,
 };
 
@@ -83,7 +89,12 @@ impl Configurable for AvsmTechnique {
         facts: &SceneFacts,
     ) -> Result<Options, OptionError> {
         match target {
-            Target::Quality(level) => Ok(Options::for_quality(level)),
+            Target::Quality(level) => {
+                let options = Options::for_quality(level);
+                // Who gives a size gets a map of that size.
+                let is_sized = overrides.iter().any(|(key, _)| *key == "curves");
+                Ok(Options { grid: if is_sized { Grid::Own } else { options.grid }, ..options })
+            }
             Target::Error(_) => {
                 TABLE.require(
                     overrides,
@@ -149,13 +160,23 @@ impl Choice for Moments {
 
 impl Choice for Removal {
     fn names() -> Vec<(&'static str, Self)> {
-        vec![("exponential", Self::Exponential), ("triangle", Self::Triangle)]
+        vec![
+            ("exponential", Self::Exponential),
+            ("triangle", Self::Triangle),
+            ("look-ahead", Self::LookAhead),
+        ]
     }
 }
 
 impl Choice for Between {
     fn names() -> Vec<(&'static str, Self)> {
         vec![("exponential", Self::Exponential), ("linear", Self::Linear)]
+    }
+}
+
+impl Choice for Grid {
+    fn names() -> Vec<(&'static str, Self)> {
+        vec![("own", Self::Own), ("shadow-map", Self::ShadowMap)]
     }
 }
 

@@ -124,7 +124,7 @@ fn check_sequences<const N: usize>(removal: Removal, sequences: u64) -> (f64, f6
 /// 10⁴ sequences of up to 30 insertions: order, ends, depths, and the bound.
 #[test]
 fn after_any_insertions_nodes_are_in_order_and_the_bound_holds() {
-    for removal in [Removal::Exponential, Removal::Triangle] {
+    for removal in [Removal::Exponential, Removal::Triangle, Removal::LookAhead] {
         for (n, (tightest, largest)) in [
             (4, check_sequences::<4>(removal, 2000)),
             (8, check_sequences::<8>(removal, 2000)),

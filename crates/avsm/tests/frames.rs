@@ -1,7 +1,7 @@
 //! The technique on whole frames: without translucent occluders against the exact walk through the shadow map, with them
 //! against sums over many short steps of the ray.
 
-use avsm::{Avsm, Between, Curve, Moments, Nodes, Opaque, Options};
+use avsm::{Avsm, Between, Curve, Grid, Moments, Nodes, Opaque, Options};
 use glam::DVec3;
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{
@@ -375,4 +375,81 @@ fn threads_do_not_change_a_bit() {
         });
         assert_eq!(by_threads[0], by_threads[1]);
     });
+}
+
+/// Balls of smoke, `[x, y, z, radius]`, for any map.
+struct Balls(Vec<[f64; 4]>);
+
+impl TranslucentSource for Balls {
+    fn capture(
+        &self,
+        projection: &MapProjection,
+        [x0, y0, x1, y1]: [u32; 4],
+        sink: &mut dyn FnMut(u32, TranslucentSegment),
+    ) -> Result<(), MapError> {
+        for [x, y, z, radius] in &self.0 {
+            for (row, column) in (y0..y1).flat_map(|row| (x0..x1).map(move |column| (row, column))) {
+                let Some((origin, step)) =
+                    projection.light_ray(f64::from(column) + 0.5, f64::from(row) + 0.5)
+                else {
+                    continue;
+                };
+                // |origin + step·depth − middle|² = radius².
+                let from = origin - DVec3::new(*x, *y, *z);
+                let (half, unit) = (from.dot(step), step.length_squared());
+                let square = half * half - unit * (from.length_squared() - radius * radius);
+                let ends = [-1.0, 1.0].map(|side| (-half + side * square.max(0.0).sqrt()) / unit);
+                let [entry, exit] = ends.map(|depth| depth.max(0.0) as f32);
+                if exit > entry {
+                    let texel = (row - y0) * (x1 - x0) + (column - x0);
+                    sink(texel, TranslucentSegment::volume(entry, exit, 0.7 * unit.sqrt() as f32));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn bounds(&self) -> Option<[[f64; 3]; 2]> {
+        let ends = self.0.iter().map(|[x, y, z, r]| (DVec3::new(*x, *y, *z), DVec3::splat(*r)));
+        let all = ends.map(|(middle, reach)| (middle - reach, middle + reach));
+        all.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).map(|(low, high)| [low.into(), high.into()])
+    }
+
+    fn memory_bytes(&self) -> u64 {
+        0
+    }
+}
+
+/// On the shadow map's own texels, of which the occluders' box covers a part, uncompressed curves give shadow-map truth's image;
+/// on texels of their own they give another one.
+#[test]
+fn on_the_shadow_maps_texels_it_is_shadow_map_truth() {
+    // Nodes in f32: 6e-8 of depths of some ten, over smoke of 0.7 a unit, for each of some tens of texels on a ray.
+    const NODES: f64 = 1e-5;
+    let balls = Balls(vec![[0.3, 0.4, -0.2, 0.7], [-0.6, 0.9, 0.3, 0.5], [0.1, 0.2, 0.6, 0.4]]);
+    let smoke = Translucent::Source(&balls);
+    for kind in MapKind::ALL.into_iter().filter(|kind| *kind != MapKind::Unshadowed) {
+        let owned = OwnedFrame::stock(kind, [13, 9], 48, Filling::Constant(40.0));
+        owned.with(|frame| {
+            let dimmed = frame.with_translucent(&smoke).unwrap();
+            let render = |technique: &mut dyn VolumetricShadow, frame: &Frame<'_>| {
+                let mut image = ScatterImage::new();
+                technique.render(frame, &mut image).unwrap();
+                image
+            };
+            let truth = values(&render(&mut ShadowMapWalk::new(), &dimmed));
+            let base = Options { curve: Curve::Uncompressed, curves: 37, ..Options::default() };
+            let scale = walked(&owned.unoccluded());
+            let own = render(&mut Avsm::new(base), &dimmed);
+            let shared = render(&mut Avsm::new(Options { grid: Grid::ShadowMap, ..base }), &dimmed);
+            let clear = render(&mut Avsm::new(base), frame);
+            let found = differing(&shared, &truth, &scale, NODES);
+            assert!(found.is_close(), "{kind:?}: {found}");
+            let other = differing(&own, &truth, &scale, NODES);
+            let without = differing(&clear, &truth, &scale, NODES);
+            println!("{kind:?}: {:.1e}, own texels {:.1e}", found.largest(), other.largest());
+            assert!(without.largest() > 1e-2, "{kind:?}: the balls dim nothing, {without}");
+            assert!(!other.is_close(), "{kind:?}: other texels, the same image");
+        });
+    }
 }

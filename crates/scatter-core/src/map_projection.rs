@@ -133,6 +133,16 @@ impl MapProjection {
         Self { rows: [u * across, v * down, depth], perspective: self.perspective, size }.checked()
     }
 
+    /// The texels `[x0, y0, x1, y1)` of this map as a map of their own: the same texels, the same depths. An error if there
+    /// are none; texels outside of this map continue it.
+    pub fn cropped(&self, [x0, y0, x1, y1]: [u32; 4]) -> Result<Self, ModelError> {
+        let [u, v, depth] = self.rows;
+        let unit = if self.perspective { depth } else { DVec4::W };
+        let rows = [u - unit * f64::from(x0), v - unit * f64::from(y0), depth];
+        let size = [x1.saturating_sub(x0), y1.saturating_sub(y0)];
+        Self { rows, perspective: self.perspective, size }.checked()
+    }
+
     /// For constants: what these rows mean is not checked.
     pub(crate) const fn from_rows_unchecked(rows: [DVec4; 3], perspective: bool, size: [u32; 2]) -> Self {
         Self { rows, perspective, size }
@@ -281,6 +291,21 @@ mod tests {
             );
             assert_eq!(fine.z, coarse.z);
             assert!(map.with_size([0, 3]).is_err());
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_map_has_its_texels() {
+        let (position, forward, up) = ([1.0, 2.0, 3.0], [0.2, -1.0, 0.3], [0.0, 0.0, 1.0]);
+        for map in [
+            MapProjection::orthographic(position, forward, up, [4.0, 3.0], [16, 9]).unwrap(),
+            MapProjection::perspective(position, forward, up, 0.8, 12).unwrap(),
+        ] {
+            let part = map.cropped([3, 2, 9, 7]).unwrap();
+            let p = DVec3::new(0.5, -1.0, 4.0);
+            let moved = map.texel_from_world(p) - part.texel_from_world(p) - DVec3::new(3.0, 2.0, 0.0);
+            assert!(moved.length() < 1e-13 && part.size() == [6, 5], "{moved}");
+            assert!(map.cropped([4, 2, 4, 7]).is_err() && map.cropped([4, 2, 3, 7]).is_err());
         }
     }
 

@@ -8,6 +8,8 @@ use crate::render_error::{RenderError, Unsupported};
 use crate::render_stats::RenderStats;
 use crate::scatter_image::ScatterImage;
 use crate::scene_facts::SceneFacts;
+use crate::translucent::{Translucent, TranslucentLayer};
+use crate::translucent_capture::TranslucentCapture;
 
 /// A technique that computes the shadowed single scattering of a whole frame.
 ///
@@ -145,8 +147,12 @@ pub struct TechniqueInfo {
     pub options: &'static dyn OptionList,
 }
 
-/// Most bytes that a technique holds, its output not counted: they follow from the picture and the map, and from nothing else
-/// that a frame may have in it. For images of up to 16,384 pixels a side.
+/// Most bytes that a technique holds, its output not counted: they follow from the picture, the map and the translucent
+/// occluders, and from nothing else that a frame may have in it. For images of up to 16,384 pixels a side.
+///
+/// What a technique that renders translucent occluders holds of them is the same for all: [`Self::TRANSLUCENT_TEXEL`] and
+/// [`Self::TRANSLUCENT_SEGMENT`] of captured ones; of a source, whose segments nobody knows before they are captured, the limit
+/// of a capture and curve maps of [`Self::LARGEST_CURVES`] texels a side, a layer each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MemoryBound {
     /// Bytes a thread, however small the frame is.
@@ -158,13 +164,36 @@ pub struct MemoryBound {
 }
 
 impl MemoryBound {
+    /// Bytes a texel of translucent layers: a curve of 16 nodes, or of 32 slices and its range, and what finds it.
+    pub const TRANSLUCENT_TEXEL: u64 = 160;
+    /// Bytes a segment: two nodes in a list that has grown to twice its size, and a sorted copy of one band of rows.
+    pub const TRANSLUCENT_SEGMENT: u64 = 64;
+    /// Most texels along a side of a map that a technique lays around a source's occluders.
+    pub const LARGEST_CURVES: u64 = 2048;
+
     /// The bound of a frame on so many threads.
     pub fn most_bytes(&self, frame: &Frame<'_>, threads: usize) -> u64 {
         let area = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
         let maps = frame.shadow().layers().map(|layer| area(layer.projection().size())).sum::<u64>();
         let texture = frame.texture().map_or(0, |texture| area(texture.projection().size()));
         let a_thread = self.fixed + self.a_pixel * area(frame.size());
-        a_thread * threads.max(1) as u64 + self.a_texel * (maps + texture)
+        let translucent = match frame.translucent() {
+            None => 0,
+            Some(Translucent::Captured(layers)) => {
+                let of = |layer: &TranslucentLayer<'_>| {
+                    Self::TRANSLUCENT_TEXEL * area(layer.projection().size())
+                        + Self::TRANSLUCENT_SEGMENT * layer.segments().len() as u64
+                };
+                layers.iter().map(of).sum()
+            }
+            Some(Translucent::Source(_)) => {
+                let a_layer = Self::TRANSLUCENT_TEXEL * Self::LARGEST_CURVES.pow(2)
+                    + TranslucentCapture::DEFAULT_LIMIT;
+                // Around a lamp without a map there are six faces.
+                a_layer * (frame.shadow().layer_count() as u64).max(6)
+            }
+        };
+        a_thread * threads.max(1) as u64 + self.a_texel * (maps + texture) + translucent
     }
 }
 

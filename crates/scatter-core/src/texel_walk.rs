@@ -23,6 +23,8 @@ pub struct TexelSpan {
 #[derive(Debug, Clone)]
 pub struct TexelWalk {
     axes: [Axis; 2],
+    /// Where the ray leaves the texel along each axis: a division each, so that only the axis that has moved is asked again.
+    borders: [f64; 2],
     t: f64,
     t_end: f64,
 }
@@ -65,7 +67,7 @@ impl TexelWalk {
         for axis in &mut axes {
             axis.index = axis.index_at(t);
         }
-        Self { axes, t, t_end }
+        Self { axes, borders: axes.map(|axis| axis.next_border()), t, t_end }
     }
 }
 
@@ -76,16 +78,16 @@ impl Iterator for TexelWalk {
         if !(self.t < self.t_end) {
             return None;
         }
-        let borders = self.axes.map(|axis| axis.next_border());
-        let nearer = usize::from(borders[1] < borders[0]);
+        let nearer = usize::from(self.borders[1] < self.borders[0]);
         // Rounding may put a border just before the current parameter: the span is then empty, never negative.
-        let t_max = borders[nearer].clamp(self.t, self.t_end);
+        let t_max = self.borders[nearer].clamp(self.t, self.t_end);
         let [i, j] = self.axes.map(|axis| axis.index as u32);
         let span = TexelSpan { i, j, t_min: self.t, t_max };
         self.t = t_max;
         let axis = &mut self.axes[nearer];
         if t_max < self.t_end {
             axis.index += axis.heading;
+            self.borders[nearer] = axis.next_border();
             if !(0..axis.count).contains(&axis.index) {
                 // The last border of the map, an ulp before its clipped end.
                 self.t = self.t_end;

@@ -2,6 +2,7 @@
 
 pub mod compare;
 mod foreign;
+mod light_curves;
 pub mod methods;
 pub mod mutants;
 mod page;

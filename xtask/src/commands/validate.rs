@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::foreign::Foreign;
 use super::sweep::{self, Job};
-use super::{page, stress};
+use super::{light_curves, page, stress};
 use crate::Verdict;
 use crate::flags::{Rendering, Validate};
 use crate::output::{check_folder, print, print_json, stderr_line};
@@ -61,6 +61,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     let mut report = flags.report.is_some().then(|| begin(flags, &machine));
     let progress = Progress::new(Some(sources.len() as u64));
     let tolerances = Tolerances::built_in().context("tolerances.toml")?;
+    let mut plots = Vec::new();
     let rows = in_pool(rendering.threads, |threads| {
         let settings = Settings {
             quality: rendering.quality,
@@ -84,6 +85,10 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
             let shot = load(source, rendering)?;
             if let Some(foreign) = &foreign {
                 foreign.check_size(&shot)?;
+            }
+            if report.is_some() && light_curves::has_occluders(&shot) {
+                progress.stage(&format!("{}: light over depth", source.label()));
+                plots.extend(light_curves::plot(&shot)?);
             }
             let images = foreign.as_ref().map(|foreign| foreign.image().clone());
             let result = matrix.run_beside(shot, images.as_slice(), &mut |stage| progress.stage(stage))?;
@@ -130,6 +135,9 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     if let (Some(mut report), Some(folder)) = (report, &flags.report) {
         if !maps.is_empty() {
             report.add_section("Maps by both sources", Section::Text(maps));
+        }
+        if !plots.is_empty() {
+            report.add_section(light_curves::HEADING, light_curves::section(plots));
         }
         if let (Some(comparison), Some(path)) = (&comparison, &flags.baseline) {
             let heading = format!("Against {}", path.display());

@@ -42,6 +42,9 @@ pub enum Removal {
     Exponential,
     /// The area of the triangle of three nodes is least, as if transmittance were linear (Section 3.2.1).
     Triangle,
+    /// As [`Self::Exponential`], but of the two nodes that an insertion adds the pair is removed whose loss changes the area
+    /// least together, where the other rules remove one after the other: O(N²) an insertion.
+    LookAhead,
 }
 
 impl<const N: usize> Default for AvsmCurve<N> {
@@ -128,6 +131,10 @@ impl<const N: usize> AvsmCurve<N> {
                 let index = match removal {
                     Removal::Exponential => least(filled, |at| exponential_change(&depths, &sums, &left, at)),
                     Removal::Triangle => least(filled, |at| triangle(&depths, &left, at)),
+                    Removal::LookAhead if filled > N + 1 => {
+                        first_of_least_pair(filled, &depths, &sums, &left)
+                    }
+                    Removal::LookAhead => least(filled, |at| exponential_change(&depths, &sums, &left, at)),
                 };
                 let node = |at: usize| Node { depth: depths[at], optical_depth: sums[at] };
                 removed([index - 1, index, index + 1].map(node));
@@ -255,11 +262,35 @@ impl<const N: usize> TransmittanceCurve for LinearAvsm<N> {
 /// The inner node, 1 to `filled − 2`, with the least change; a change that is not a number counts as the largest.
 #[inline(always)]
 fn least(filled: usize, change: impl Fn(usize) -> f32) -> usize {
+    least_with_change(filled, change).1
+}
+
+#[inline(always)]
+fn least_with_change(filled: usize, change: impl Fn(usize) -> f32) -> (f32, usize) {
     let mut best = (f32::INFINITY, 1);
     for at in 1..WORK - 1 {
         let value = change(at);
         if at < filled - 1 && value < best.0 {
             best = (value, at);
+        }
+    }
+    best
+}
+
+/// The node to be removed before the one that is then the least, so that both changes together are least.
+fn first_of_least_pair(filled: usize, depths: &[f32; WORK], sums: &[f32; WORK], left: &[f32; WORK]) -> usize {
+    let mut best = (f32::INFINITY, 1);
+    for first in 1..filled - 1 {
+        let own = exponential_change(depths, sums, left, first);
+        let without = |values: &[f32; WORK]| {
+            let mut rest = *values;
+            rest.copy_within(first + 1.., first);
+            rest
+        };
+        let (depths, sums, left) = (without(depths), without(sums), without(left));
+        let then = least_with_change(filled - 1, |at| exponential_change(&depths, &sums, &left, at)).0;
+        if own + then < best.0 {
+            best = (own + then, first);
         }
     }
     best.1

@@ -119,6 +119,10 @@ impl CurveMaps {
 
     /// Walks the part `[a, b]` of a ray whose origin is relative to `eye`: [`CurveLayer::walk`] over all layers.
     pub(crate) fn walk(&self, eye: DVec3, ray: &ViewRay, part: [f64; 2], parts: &mut impl RayParts) -> u64 {
+        if self.count == 0 {
+            parts.clear(part[0], part[1]);
+            return 0;
+        }
         let mut looked = 0;
         layer_pieces(&self.layout, eye, ray, part, |piece| {
             match piece.layer.and_then(|index| self.layers().get(index)) {

@@ -6,16 +6,16 @@ use scatter_core::{
     Translucent, TranslucentSource,
 };
 
-use crate::options::{Opaque, Options};
+use crate::options::{Grid, Opaque, Options};
 
 /// Half angle from which on a spot has six faces instead of one map \[degrees\] (MODEL.md, Conventions).
 const WIDEST_CONE: f64 = 80.0;
 
 /// The layers of a frame's curve maps; none where the frame has nothing to put into curves.
 ///
-/// Captured segments bring their own maps. Opaque surfaces are in the rectangles of the shadow map. Occluders of a source under
-/// a sun get a map around themselves, whatever else is in the scene, so that no texel is wasted; around lamps the shadow
-/// map's, or faces of a cube.
+/// Captured segments bring their own maps. Opaque surfaces are in the rectangles of the shadow map. Occluders of a source get
+/// the shadow map's own texels ([`Grid::ShadowMap`]) or, under a sun, a map around themselves, whatever else is in the
+/// scene, so that no texel is wasted; around lamps the shadow map's, or faces of a cube.
 pub fn curve_layout(frame: &Frame<'_>, options: &Options) -> Result<MapLayout, ModelError> {
     let in_curves = options.opaque == Opaque::Curve && !matches!(frame.shadow(), ShadowMap::Unshadowed);
     match frame.translucent() {
@@ -28,19 +28,76 @@ pub fn curve_layout(frame: &Frame<'_>, options: &Options) -> Result<MapLayout, M
             };
             with_projections(kind, layers.len(), |index| Ok(*layers[index].projection()))
         }
-        Some(Translucent::Source(source)) if !in_curves => match frame.light() {
-            Light::Directional(sun) => match source.bounds() {
-                None => Ok(MapLayout::UNSHADOWED),
-                Some(bounds) => {
-                    let map = around(bounds, sun.direction(), options.curves)?;
-                    MapLayout::new(MapKind::Orthographic, &[map])
-                }
-            },
-            _ => lamp_layout(frame, *source, options.curves),
-        },
-        Some(Translucent::Source(_)) | None if in_curves => shadow_layout(frame, options.curves),
+        Some(Translucent::Source(source)) if !in_curves => {
+            if let Some(layout) = on_shadow_texels(frame, *source, options)? {
+                return Ok(layout);
+            }
+            match frame.light() {
+                Light::Directional(sun) => match source.bounds() {
+                    None => Ok(MapLayout::UNSHADOWED),
+                    Some(bounds) => {
+                        let map = around(bounds, sun.direction(), options.curves)?;
+                        MapLayout::new(MapKind::Orthographic, &[map])
+                    }
+                },
+                _ => lamp_layout(frame, *source, options.curves),
+            }
+        }
+        Some(Translucent::Source(_)) if in_curves => shadow_layout(frame, options.curves),
+        // Surfaces alone have no more to tell than the map's own texels.
+        None if in_curves => shadow_layout(frame, options.curves.min(frame.setup().maps().largest_side())),
         _ => Ok(MapLayout::UNSHADOWED),
     }
+}
+
+/// The shadow map's own texels, where they are asked for and few enough. Of one map those that the occluders' box covers, of
+/// cascades and faces all.
+fn on_shadow_texels(
+    frame: &Frame<'_>,
+    source: &dyn TranslucentSource,
+    options: &Options,
+) -> Result<Option<MapLayout>, ModelError> {
+    let maps = frame.setup().maps();
+    let (Grid::ShadowMap, Some(bounds)) = (options.grid, source.bounds()) else { return Ok(None) };
+    let most = 2 * options.curves;
+    if let [map] = maps.projections() {
+        let covered = covered_texels(map, bounds);
+        let [x0, y0, x1, y1] = covered;
+        if x0 >= x1 || y0 >= y1 {
+            // None of the map's light is dimmed; outside of it there is no shadow either.
+            return Ok(Some(MapLayout::UNSHADOWED));
+        }
+        if (x1 - x0).max(y1 - y0) > most {
+            return Ok(None);
+        }
+        return MapLayout::new(maps.kind(), &[map.cropped(covered)?]).map(Some);
+    }
+    if maps.projections().is_empty() || maps.largest_side() > most {
+        return Ok(None);
+    }
+    let kind = if maps.kind() == MapKind::Cube { MapKind::Faces } else { maps.kind() };
+    MapLayout::new(kind, maps.projections()).map(Some)
+}
+
+/// The texels `[x0, y0, x1, y1)` of a map that a box covers, and one more on each side for rounding; all of them if a corner lies
+/// behind the lamp.
+fn covered_texels(map: &MapProjection, [low, high]: [[f64; 3]; 2]) -> [u32; 4] {
+    let [width, height] = map.size();
+    let (mut least, mut most) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for corner in 0..8 {
+        let p = DVec3::from_array(std::array::from_fn(
+            |axis| if corner >> axis & 1 == 0 { low } else { high }[axis],
+        ));
+        let p = map.texel_from_world(p);
+        (least, most) = (least.min(p), most.max(p));
+    }
+    if map.is_perspective() && !(least.z > 0.0) {
+        return [0, 0, width, height];
+    }
+    // Casts saturate.
+    let first = |value: f64, size: u32| ((value.floor() - 1.0).max(0.0) as u32).min(size);
+    let end = |value: f64, size: u32| ((value.ceil() + 1.0).max(0.0) as u32).min(size);
+    [first(least.x, width), first(least.y, height), end(most.x, width), end(most.y, height)]
 }
 
 /// The shadow map's rectangles at another size.
@@ -154,6 +211,23 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_box_covers_the_texels_that_it_projects_to() {
+        let (down, up) = ([0.0, -1.0, 0.0], [0.0, 0.0, 1.0]);
+        let sun = MapProjection::orthographic([0.0, 9.0, 0.0], down, up, [4.0, 4.0], [16, 16]).unwrap();
+        // Half a unit a texel; row 0 is at z = 4, column 0 at one end of x.
+        let covered = |low, high| covered_texels(&sun, [low, high]);
+        let [x0, y0, x1, y1] = covered([-1.0, 0.0, -0.4], [1.0, 1.0, 2.4]);
+        assert_eq!([x1 - x0, y0, y1], [6, 2, 10]);
+        assert_eq!(covered([-9.0, 0.0, -9.0], [9.0, 1.0, 9.0]), [0, 0, 16, 16]);
+        let [x0, _, x1, _] = covered([20.0, 0.0, 0.0], [21.0, 1.0, 1.0]);
+        assert!(x0 >= x1 || x1 - x0 <= 1, "{x0} {x1}");
+        let lamp = MapProjection::perspective([0.0, 9.0, 0.0], down, up, 1.0, 16).unwrap();
+        assert_eq!(covered_texels(&lamp, [[-1.0, 8.0, -1.0], [1.0, 10.0, 1.0]]), [0, 0, 16, 16]);
+        // At a distance of 8 a texel is a unit wide.
+        assert_eq!(covered_texels(&lamp, [[-0.5, 1.0, -0.5], [0.5, 1.0, 0.5]]), [6, 6, 10, 10]);
     }
 
     #[test]

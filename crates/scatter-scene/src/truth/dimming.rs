@@ -45,6 +45,10 @@ pub(super) struct Dimming {
 struct NearCapsule {
     stretch: Stretch,
     segment: u32,
+    strand: u32,
+    opacity: f64,
+    /// Whether it lies wholly between the light and the ray, so that it is passed wherever it is near.
+    is_between: bool,
     capsule: Capsule,
 }
 
@@ -152,7 +156,14 @@ impl Dimming {
                 let Some(stretch) = capsule.shadow(light).filter(|stretch| reaches(*stretch)) else { return };
                 let jumps = [stretch[0], stretch[1], crossing(&capsule, light, stretch, end)];
                 self.cuts.extend(jumps.into_iter().filter(|jump| *jump > 0.0 && *jump < end));
-                self.capsules.push(NearCapsule { stretch, segment: index, capsule });
+                self.capsules.push(NearCapsule {
+                    stretch,
+                    segment: index,
+                    strand: segment.strand,
+                    opacity: segment.opacity,
+                    is_between: a.y.min(b.y) > capsule.radius,
+                    capsule,
+                });
             }
         }
     }
@@ -205,16 +216,10 @@ impl Dimming {
         if !to.is_finite() {
             return (to, self.strand_transmittance(occluders, light, 2.0 * from.max(1.0)));
         }
-        let strand_of = |capsule: &NearCapsule| occluders.segment(capsule.segment).strand;
         // Neighbours that lie wholly between the light and the ray are one pass, whichever is the nearer.
-        let is_between = |capsule: &NearCapsule| {
-            let [a, b] = capsule.capsule.ends;
-            a.y.min(b.y) > capsule.capsule.radius
-        };
         let is_simple = self.active_capsules.windows(2).all(|pair| {
-            let is_joint =
-                pair[0].segment + 1 == pair[1].segment && is_between(&pair[0]) && is_between(&pair[1]);
-            is_joint || strand_of(&pair[0]) != strand_of(&pair[1])
+            let is_joint = pair[0].segment + 1 == pair[1].segment && pair[0].is_between && pair[1].is_between;
+            is_joint || pair[0].strand != pair[1].strand
         });
         let at = |share: f64| from + share * (to - from);
         if is_simple {
@@ -261,23 +266,35 @@ impl Dimming {
     }
 
     /// What the strands leave of the light of the point at t.
+    ///
+    /// A strand that lies between the light and the ray, with neighbours alone, is passed once wherever it is active: nothing has
+    /// to be asked where it is nearest. That is nearly all of a head of hair.
     fn strand_transmittance(&mut self, occluders: &Occluders, light: PlaneLight, t: f64) -> f64 {
-        self.near.clear();
-        for NearCapsule { segment, capsule, .. } in &self.active_capsules {
-            let closest = capsule.closest(light, t);
-            if closest.distance_sq < capsule.radius * capsule.radius {
-                let (distance_sq, along) = (closest.distance_sq, closest.along);
-                self.near.push(NearSegment { segment: *segment, distance_sq, along });
-            }
-        }
         let place = Capsule::place_of(light, t);
         let mut left = 1.0;
-        each_pass(occluders, &self.near, &mut self.runs, |along, opacity| {
-            // At its own depth a strand dims nothing yet.
-            if along < place {
-                left *= 1.0 - opacity;
+        let Self { active_capsules, near, runs, .. } = self;
+        for strand in active_capsules.chunk_by(|a, b| a.strand == b.strand) {
+            let is_one_pass = strand.iter().all(|near| near.is_between && near.opacity == strand[0].opacity)
+                && strand.windows(2).all(|pair| pair[0].segment + 1 == pair[1].segment);
+            if is_one_pass {
+                left *= 1.0 - strand[0].opacity;
+                continue;
             }
-        });
+            near.clear();
+            for NearCapsule { segment, capsule, .. } in strand {
+                let closest = capsule.closest(light, t);
+                if closest.distance_sq < capsule.radius * capsule.radius {
+                    let (distance_sq, along) = (closest.distance_sq, closest.along);
+                    near.push(NearSegment { segment: *segment, distance_sq, along });
+                }
+            }
+            each_pass(occluders, near, runs, |along, opacity| {
+                // At its own depth a strand dims nothing yet.
+                if along < place {
+                    left *= 1.0 - opacity;
+                }
+            });
+        }
         left
     }
 
@@ -310,6 +327,9 @@ fn crossing(capsule: &Capsule, light: PlaneLight, [low, high]: Stretch, end: f64
     // Until the two are neighbours in f64, or nearly.
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
+        if !(middle > low && middle < high) {
+            break;
+        }
         if is_before(middle) == before { low = middle } else { high = middle }
     }
     high

@@ -9,6 +9,7 @@ mod curve;
 mod element;
 #[cfg(test)]
 mod tests;
+mod transmittance;
 
 use std::fmt::Write;
 
@@ -16,6 +17,7 @@ use axis::Scale;
 pub use axis::{Axis, Guide};
 pub use curve::{Curve, Mark, Point};
 use element::{escaped, line, text};
+pub use transmittance::{DepthCurve, TransmittancePlot};
 
 /// Smallest font, in units of a plot that is 480 wide.
 pub const MIN_FONT: f64 = 14.0;

@@ -12,6 +12,7 @@ mod tradeoff;
 
 use crate::machine::Machine;
 use crate::matrix::Pictures;
+use crate::plot::TransmittancePlot;
 use crate::row::{Row, Verdict};
 use crate::table::{columns, remarks};
 use html::{Page, Tone};
@@ -40,6 +41,8 @@ pub enum Section {
     Text(String),
     /// Time against error; stands behind the pictures.
     Trade(TradeSection),
+    /// What is left of the light over depth, a plot a shot, and how to read it; stands behind the pictures.
+    Transmittance(String, Vec<TransmittancePlot>),
     /// The stress matrix; stands behind the pictures.
     Stress(StressSection),
 }
@@ -102,6 +105,11 @@ impl Report {
                 Section::Trade(section) => {
                     page.heading(heading);
                     section.push(&mut page);
+                }
+                Section::Transmittance(introduction, plots) => {
+                    page.heading(heading);
+                    page.paragraph(introduction);
+                    page.graphics(plots.iter().map(TransmittancePlot::inline_svg));
                 }
                 Section::Stress(section) => {
                     page.heading(heading);
