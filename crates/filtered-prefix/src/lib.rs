@@ -22,6 +22,7 @@ pub mod fourier;
 mod integrator;
 pub mod moments;
 mod options;
+pub mod projective;
 mod runs;
 mod storage;
 mod technique;

@@ -1,10 +1,13 @@
 //! The technique: prefix-filtered rows on the slice driver.
 
 use epipolar::driver::SliceDriver;
-use scatter_core::{Capabilities, Frame, RenderError, RenderStats, ScatterImage, VolumetricShadow};
+use scatter_core::{
+    Capabilities, Frame, RenderError, RenderStats, ScatterImage, StageClock, VolumetricShadow,
+};
 
 use crate::integrator::PrefixIntegrator;
-use crate::options::{ID, Options};
+use crate::options::{ID, Options, Rectification};
+use crate::projective::NotRectified;
 
 /// What the technique renders: all that slices can be offered.
 pub const CAPABILITIES: Capabilities = epipolar::CAPABILITIES;
@@ -34,6 +37,38 @@ impl VolumetricShadow for FilteredPrefix {
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
         self.supports(frame)?;
-        Ok(self.driver.render(frame, &self.options.slices(), out))
+        let mut maps = RenderStats::default();
+        let mut clock = StageClock::start();
+        let rows = self.choose_rows(frame)?;
+        clock.lap(&mut maps, "map");
+        let mut stats = self.driver.render(frame, &self.options.slices(), out);
+        if let Some(rows) = rows {
+            maps.stages.iter().for_each(|(stage, time)| stats.stages.push(stage, time));
+            stats.modelled.push(rows, ());
+        }
+        Ok(stats)
+    }
+}
+
+impl FilteredPrefix {
+    /// Makes a projective map where one is asked for; returns which rows it will be, where that was the question.
+    fn choose_rows(&mut self, frame: &Frame<'_>) -> Result<Option<&'static str>, RenderError> {
+        let Options { rectification, own_map: settings, .. } = self.options;
+        let own_map = self.driver.integrator.own_map();
+        own_map.clear();
+        let has_source = frame.map_source().is_some();
+        Ok(match rectification {
+            Some(Rectification::Resampled) => None,
+            _ if !frame.shadow().casts_shadow() => Some("rows-of-no-shadow"),
+            None if !has_source => Some("rows-of-the-given-map: there is no source of maps"),
+            _ => Some(match own_map.fill(frame, settings, rectification.is_none())? {
+                Ok(()) if has_source => "rows-of-a-projective-map",
+                Ok(()) => {
+                    "rows-of-a-projective-map: resampled from the given one, there is no source of maps"
+                }
+                Err(NotRectified::Epipole) => "rows-of-the-given-map: the epipole is in or near the image",
+                Err(NotRectified::Endless) => "rows-of-the-given-map: view rays have no ends",
+            }),
+        })
     }
 }

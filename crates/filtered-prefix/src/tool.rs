@@ -39,7 +39,34 @@ static TABLE: OptionTable<Options> = OptionTable {
             |options, value| options.certified = value.choice::<Switch>().0
         ),
         option_row!("weighting", "by what light rays are weighted", Option<Weighting>, weighting),
-        option_row!("rectification", "how the shadow map is rectified", Option<Rectification>, rectification),
+        option_row!(
+            "rectification",
+            "whether rows are read from the given map, or from a projective map of the technique's own (auto: where the frame has a \
+             source of maps and the epipole is far)",
+            Option<Rectification>,
+            rectification
+        ),
+        option_row!(
+            "map_columns",
+            "texels of a projective map along view rays, over all splits",
+            "texels",
+            OptionRange::Whole([1, 16384]),
+            own_map.columns as u32
+        ),
+        option_row!(
+            "map_rows",
+            "texels of a projective map across view rays",
+            "texels",
+            OptionRange::Whole([1, 16384]),
+            own_map.rows as u32
+        ),
+        option_row!(
+            "splits",
+            "maps that a projective map is cut into along view rays",
+            "",
+            OptionRange::Whole([1, 16]),
+            own_map.splits as u32
+        ),
         option_row!("storage", "how filtered rows are kept", Storage, storage),
         option_row!(
             "certificate",
@@ -252,7 +279,7 @@ choices! {
     Switch: "on" Self(true), "off" Self(false);
     Basis: "moments" Self::Moments, "fourier" Self::Fourier;
     Weighting: "average" Self::Average, "reference" Self::Reference;
-    Rectification: "resampled" Self::Resampled;
+    Rectification: "resampled" Self::Resampled, "projective" Self::Projective;
     Filter: "auto" Self::Auto, "always" Self::Always;
     Storage: "f32" Self::F32, "f16" Self::F16, "u8" Self::U8;
 }
