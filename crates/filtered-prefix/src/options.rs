@@ -116,7 +116,7 @@ impl Options {
             certified: true,
             weighting: None,
             rectification: Some(Rectification::Resampled),
-            own_map: OwnMapSettings { columns: 2048, rows: 1024, splits: 8 },
+            own_map: OwnMapSettings { columns: 2048, rows: 1024, splits: 16 },
             storage: Storage::F32,
             tolerance: certificate,
             filter: Filter::Auto,

@@ -290,3 +290,109 @@ fn bisectrix(
     let along = ahead * turn.cos() + side * turn.sin();
     Ok((along, to_light.cross(along)))
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat4;
+    use scatter_testing::{Filling, MapKind, OwnedFrame, Random};
+
+    use super::*;
+
+    /// Frames from anywhere, far from the origin too, with their projective maps where there are any.
+    fn visit_frames(mut visit: impl FnMut(&Frame<'_>, Rectification)) -> [usize; 2] {
+        let mut random = Random(5);
+        let mut counts = [0; 2];
+        for round in 0..200 {
+            let kind = MapKind::ALL[round % MapKind::ALL.len()];
+            let filling = Filling::Random { seed: round as u64, far: 9.0 };
+            let mut frame = OwnedFrame::stock(kind, [13, 7], 16, filling);
+            let eye = random.in_cube(3.0);
+            let target = (eye + random.direction()).to_array();
+            let Ok(camera) = Camera::perspective(eye.to_array(), target, [0.1, 1.0, 0.2], 40.0, [13, 7])
+            else {
+                continue;
+            };
+            frame.camera = camera;
+            frame.with(|frame| match Rectification::new(frame, false, &mut Reach::default()) {
+                Ok(rectification) => {
+                    counts[0] += 1;
+                    visit(frame, rectification);
+                }
+                Err(_) => counts[1] += 1,
+            });
+        }
+        counts
+    }
+
+    fn clip_of(rectification: &Rectification, p: DVec3) -> DVec3 {
+        let clip = DMat4::from_cols_array_2d(&rectification.clip_from_world(rectification.columns));
+        let seen = clip * (rectification.eye + p).extend(1.0);
+        assert!(seen.w > 0.0);
+        seen.truncate() / seen.w
+    }
+
+    #[test]
+    fn view_rays_are_rows_of_one_depth_and_light_rays_run_along_it() {
+        let counts = visit_frames(|frame, rectification| {
+            let [width, height] = frame.size();
+            for (x, y) in [(0, 0), (width - 1, 0), (3, height - 1), (6, 4)] {
+                let direction = frame.camera().pixel_ray(x, y).direction;
+                let end = frame.ray_end(x, y);
+                let [near, far] = [0.4, 1.0].map(|part| clip_of(&rectification, direction * (part * end)));
+                // Products of numbers of up to a thousand.
+                assert!((near.y - far.y).abs() < 1e-10 && (near.z - far.z).abs() < 1e-10, "{near} {far}");
+                assert!(far.y.abs() < 1.0 && far.z > 0.0 && far.z < 1.0 && near.x < far.x, "{far}");
+                // Beyond the last light ray that the frame's own maps hold nothing is needed.
+                assert!(far.x < 1.0 + 1e-9 || rectification.lamp.is_none());
+                let column = match rectification.lamp {
+                    None => 1.0 / (rectification.along.dot(direction) * end),
+                    Some(distance) => {
+                        let p = direction * end;
+                        (distance - rectification.to_light.dot(p)) / rectification.along.dot(p)
+                    }
+                };
+                let row = rectification.across.dot(direction) / rectification.along.dot(direction);
+                let (origin, way) = rectification.light_ray(column, row);
+                for s in [0.3, 0.9] {
+                    let seen = clip_of(&rectification, origin + way * s);
+                    let [first, last] = rectification.depths;
+                    let z = (rectification.depth_at(column, s) - first) / (last - first);
+                    let allowed = 1e-9 * (1.0 + z.abs());
+                    assert!((seen.x - far.x).abs() < allowed && (seen.y - far.y).abs() < allowed);
+                    assert!((seen.z - z).abs() < allowed, "{seen} {z}");
+                }
+            }
+        });
+        println!("{counts:?} frames with and without a map");
+        assert!(counts[0] > 60 && counts[1] > 20);
+    }
+
+    #[test]
+    fn splits_follow_each_other_from_the_nearest_light_ray_to_the_farthest() {
+        visit_frames(|_, rectification| {
+            for count in [1, 3, 16] {
+                let borders: Vec<f64> = (0..=count).map(|k| rectification.split_border(k, count)).collect();
+                assert_eq!([borders[0], borders[count as usize]], rectification.columns);
+                assert!(borders.windows(2).all(|pair| pair[1] < pair[0]), "{borders:?}");
+            }
+        });
+    }
+
+    /// The paper's Eq. 12 takes the way along a view ray to grow by one factor a texel. Columns even in 1/w make it
+    /// `w_i = 1/(a − b·i)`, of which the ratio of neighbouring ways is `(a − b·i)/(a − b·(i + 2))`: it grows along the row.
+    #[test]
+    fn steps_are_harmonic_not_geometric() {
+        let (near, far, count) = (1.0f64, 1.0 / 64.0, 1024);
+        let ways: Vec<f64> =
+            (0..=count).map(|i| 1.0 / (near + (far - near) * f64::from(i) / f64::from(count))).collect();
+        let step = |i: usize| ways[i + 1] - ways[i];
+        let (first, last) = (step(1) / step(0), step(count as usize - 1) / step(count as usize - 2));
+        // By Eq. 12 from the first three texels, the row would reach this far.
+        let reached = ways[0] + step(0) * (first.powi(count) - 1.0) / (first - 1.0);
+        println!(
+            "factor {first:.4} at first, {last:.4} at last; the row ends at {reached:.1}, not {}",
+            ways[count as usize]
+        );
+        assert!(first < 1.01 && last > 1.1 && reached < 0.2 * ways[count as usize]);
+    }
+}
