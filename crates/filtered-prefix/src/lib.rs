@@ -18,6 +18,7 @@ mod basis_tests;
 #[cfg(test)]
 mod certificate_tests;
 mod exact;
+pub mod filtered_map;
 pub mod fourier;
 mod integrator;
 pub mod moments;

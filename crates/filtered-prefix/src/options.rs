@@ -3,6 +3,7 @@
 use epipolar::driver::{ErrorTarget, Refinement, Resampling, SliceSettings};
 use scatter_core::{OptionError, Quality};
 
+use crate::filtered_map::Fetch;
 use crate::projective::OwnMapSettings;
 use crate::storage::Storage;
 
@@ -24,6 +25,8 @@ pub struct Options {
     pub rectification: Option<Rectification>,
     /// Texels of a projective map.
     pub own_map: OwnMapSettings,
+    /// How pixels get a row's answers.
+    pub fetch: Fetch,
     /// How filtered rows are kept.
     pub storage: Storage,
     /// Largest certificate of a pixel's share, of the share less the certificate; or of the unoccluded light where
@@ -117,6 +120,7 @@ impl Options {
             weighting: None,
             rectification: Some(Rectification::Resampled),
             own_map: OwnMapSettings { columns: 2048, rows: 1024, splits: 16 },
+            fetch: Fetch::Exact,
             storage: Storage::F32,
             tolerance: certificate,
             filter: Filter::Auto,

@@ -1,7 +1,8 @@
 //! Projective maps against what the scene really looks like: boards whose shadows are known without any map.
 
+use filtered_prefix::filtered_map::Fetch;
 use filtered_prefix::projective::OwnMapSettings;
-use filtered_prefix::{FilteredPrefix, Options, Rectification};
+use filtered_prefix::{Basis, FilteredPrefix, Options, Rectification, Storage, Weighting};
 use glam::{DMat4, DVec3, DVec4};
 use scatter_core::{
     Camera, DepthMap, Frame, Light, MapError, MapProjection, MapSource, Medium, Phase, RayLight, RenderError,
@@ -290,9 +291,97 @@ fn threads_change_no_bit_of_a_projective_map() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             with_frame(&lamp(), [0.0, 1.4, 0.0], 16, |boards, frame| {
-                render(&frame.with_map_source(boards), options(None, 128)).0.inscattered().to_vec()
+                render(&frame.with_map_source(boards), options(Some(Rectification::Projective), 128))
+                    .0
+                    .inscattered()
+                    .to_vec()
             })
         })
     });
     assert_eq!(images[0], images[1]);
+}
+
+/// RMS of a series' ringing at one plane, of the unoccluded light: 1/(π·√M) (README, "What the bases miss").
+fn ringing(count: u32) -> f64 {
+    1.0 / (std::f64::consts::PI * f64::from(count).sqrt())
+}
+
+#[test]
+fn one_fetch_a_pixel_misses_what_the_map_and_the_basis_miss() {
+    for light in [sun(), lamp()] {
+        with_frame(&light, [0.0, 1.4, 0.0], 48, |boards, frame| {
+            let frame = &frame.with_map_source(boards);
+            let truth = boards.image(frame);
+            let [width, height] = frame.size();
+            let unoccluded: f64 = (0..height)
+                .flat_map(|y| (0..width).map(move |x| (x, y)))
+                .map(|(x, y)| {
+                    let (eye, ray) = (frame.camera().eye(), frame.camera().pixel_ray(x, y));
+                    RayLight::new(frame.light(), frame.medium(), eye, &ray).interval(0.0, END).x
+                })
+                .sum();
+            let over_mean = unoccluded / truth.iter().sum::<f64>();
+            let exact = rel_rmse(&render(frame, options(Some(Rectification::Projective), 512)).0, &truth);
+            let fetch = |basis, coefficients, fetch, storage| {
+                let own = options(Some(Rectification::Projective), 512);
+                let own = Options { basis, coefficients, fetch, storage, certified: false, ..own };
+                let (image, stats) = render(frame, own);
+                let bytes = u64::from(coefficients) * storage.bytes() as u64;
+                assert_eq!(stats.counts.get("bytes a texel"), Some(bytes));
+                assert!(stats.memory_bytes >= 512 * 512 * bytes);
+                rel_rmse(&image, &truth)
+            };
+            for count in [8, 32, 128] {
+                let found = fetch(Basis::Fourier, count, Fetch::Bilinear, Storage::F32);
+                // What f32 rows miss, half a texel's weights, and the ringing of louvres that nearly are one plane.
+                let allowed = exact + ringing(count) * over_mean + 1.0 / 512.0;
+                println!("exact rows {exact:.4}, series of {count}: {found:.4} of {allowed:.4}");
+                assert!(found < allowed);
+            }
+            let series =
+                [Fetch::Bilinear, Fetch::Nearest].map(|way| fetch(Basis::Fourier, 32, way, Storage::F32));
+            let [half, byte] =
+                [Storage::F16, Storage::U8].map(|s| fetch(Basis::Fourier, 32, Fetch::Bilinear, s));
+            let moments = [4, 6, 8].map(|count| fetch(Basis::Moments, count, Fetch::Bilinear, Storage::F32));
+            println!(
+                "bilinear, nearest {series:.4?}; f16 {half:.4}, u8 {byte:.4}; 4, 6, 8 moments {moments:.4?}"
+            );
+            // A coefficient of a byte is off by 1/255 at most: all 32 by 0.0084 (16 orders, each √2·2/c_k).
+            assert!(
+                (byte - series[0]).abs() < 0.0084 * over_mean && (half - series[0]).abs() < 0.001 * over_mean
+            );
+            assert!(moments[1] < exact + ringing(32) * over_mean + 1.0 / 512.0);
+        });
+    }
+}
+
+/// Optical depths of the longest ray, as in the paper's Fig. 3, and what average visibility may be off by at the most, of the
+/// unoccluded light: `max over v of (1 − e^{−τv})/(1 − e^{−τ}) − v`.
+#[test]
+fn reference_rays_mend_what_average_visibility_misses_in_thick_media() {
+    let depths = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
+    let mut curve = Vec::new();
+    for tau in depths {
+        with_frame(&sun(), [0.0, 1.4, 0.0], 512, |_, frame| {
+            let medium = Medium::homogeneous([tau / END; 3], [0.0; 3], Phase::Isotropic).unwrap();
+            let (camera, light) = (frame.camera(), frame.light());
+            let frame = Frame::new(camera, frame.depth(), light, frame.shadow(), &medium, 50.0).unwrap();
+            let own = options(Some(Rectification::Resampled), 1);
+            let (exact, _) = render(&frame, own);
+            let truth: Vec<f64> = exact.inscattered().iter().map(|rgb| f64::from(rgb[0])).collect();
+            // A series long enough for its ringing to be the same small part of both.
+            let filtered = Options { basis: Basis::Fourier, coefficients: 128, certified: false, ..own };
+            let [average, reference] = [Weighting::Average, Weighting::Reference].map(|weighting| {
+                rel_rmse(&render(&frame, Options { weighting: Some(weighting), ..filtered }).0, &truth)
+            });
+            println!("optical depth {tau}: average {average:.4}, reference {reference:.4}");
+            curve.push([average, reference]);
+        });
+    }
+    let ringing = curve[0][1];
+    // Where light is thin both are the series' own error; from an optical depth of 1 on average visibility is off by far more, and
+    // the reference rays are not.
+    assert!((curve[0][0] - ringing).abs() < 0.02 * ringing + 0.01 / 8.0);
+    assert!(curve.windows(2).all(|pair| pair[1][0] > 0.9 * pair[0][0]));
+    assert!(curve[4..].iter().all(|[average, reference]| average > &(2.0 * reference)), "{curve:?}");
 }

@@ -3,7 +3,7 @@
 use epipolar::driver::{SliceLight, SliceView};
 use epipolar::geometry::diamond_angle;
 use epipolar::rows::Row;
-use scatter_core::{Frame, MapError, RenderError, ShadowMap, at_level, parallel};
+use scatter_core::{Frame, MapError, MapSource, RenderError, ShadowMap, at_level, parallel};
 
 use super::rectification::{NotRectified, Reach, Rectification};
 
@@ -38,11 +38,11 @@ pub struct OwnMap {
 }
 
 impl OwnMap {
-    /// Makes the map of a frame, by its source of maps, or from its own map where it has none; an error of the source's, or the
+    /// Makes the map of a frame, by a source of maps, or from the frame's own map without one; an error of the source's, or the
     /// reason why there is no such map. The reason leaves no map, and so does [`Self::clear`].
     pub fn fill(
         &mut self,
-        frame: &Frame<'_>,
+        (frame, source): (&Frame<'_>, Option<&dyn MapSource>),
         settings: OwnMapSettings,
         by_itself: bool,
     ) -> Result<Result<(), NotRectified>, RenderError> {
@@ -59,8 +59,8 @@ impl OwnMap {
         self.texels.clear();
         self.texels.resize(area * self.splits as usize, f32::INFINITY);
         for split in 0..self.splits {
-            let borders = [split, split + 1].map(|index| rectification.split_border(index, self.splits));
-            match frame.map_source() {
+            let borders = self.split_borders(&rectification, split);
+            match source {
                 Some(source) => {
                     let clip = rectification.clip_from_world(borders);
                     source.clip_map(clip, [a_split, rows], &mut self.split)?;
@@ -87,9 +87,55 @@ impl OwnMap {
         self.rectification.is_some()
     }
 
+    /// Axes and ranges; `None` without a map.
+    pub fn rectification(&self) -> Option<&Rectification> {
+        self.rectification.as_ref()
+    }
+
+    /// Texels of all splits.
+    pub fn texel_count(&self) -> usize {
+        self.width() * self.rows
+    }
+
+    /// Columns of all splits.
+    pub fn width(&self) -> usize {
+        self.columns * self.splits as usize
+    }
+
+    /// Rows.
+    pub fn row_count(&self) -> usize {
+        self.rows
+    }
+
+    /// Columns of one split.
+    pub fn columns_of_split(&self) -> usize {
+        self.columns
+    }
+
+    /// Splits.
+    pub fn split_count(&self) -> u32 {
+        self.splits
+    }
+
+    /// κ at which a split begins and at which it ends.
+    pub fn split_borders(&self, rectification: &Rectification, split: u32) -> [f64; 2] {
+        [split, split + 1].map(|index| rectification.split_border(index, self.splits))
+    }
+
+    /// y of the middle of a row.
+    pub fn row_middle(&self, rectification: &Rectification, row: usize) -> f64 {
+        let [low, high] = rectification.rows;
+        high - (high - low) * (row as f64 + 0.5) / self.rows as f64
+    }
+
+    /// The texels of a row in one split, 0 to 1, or more for no surface.
+    pub fn row_of_split(&self, split: u32, row: usize) -> &[f32] {
+        &self.texels[(split as usize * self.rows + row) * self.columns..][..self.columns]
+    }
+
     /// Runs that a row may have beside those of the given map.
     pub fn most_runs(&self) -> usize {
-        if self.is_filled() { self.columns * self.splits as usize + 4 } else { 0 }
+        if self.is_filled() { self.width() + 4 } else { 0 }
     }
 
     /// Fills `row` with a slice's light rays: those nearer to the eye than the map from the given map, all others from the
@@ -114,13 +160,12 @@ impl OwnMap {
         let place = (high - y) / (high - low) * self.rows as f64;
         let index = (place.max(0.0) as usize).min(self.rows - 1);
         let surface = Surfaces::new(rectification, slice, cosine);
-        let area = self.columns * self.rows;
         for split in 0..self.splits {
-            let [near, far] = [split, split + 1].map(|index| rectification.split_border(index, self.splits));
+            let [near, far] = self.split_borders(rectification, split);
             if light_ray(near) > slice.reach() {
                 break;
             }
-            let texels = &self.texels[split as usize * area + index * self.columns..][..self.columns];
+            let texels = self.row_of_split(split, index);
             read += texels.len() as u64;
             let step = (far - near) / self.columns as f64;
             at_level!(

@@ -193,6 +193,34 @@ impl Rectification {
         }
     }
 
+    /// The view ray of the first pixel, and its change a column and a row; lengths of 1 along the view direction.
+    pub fn view_rays(camera: &Camera) -> [DVec3; 3] {
+        let first = direction_through(camera, 0.5, 0.5);
+        let [column, row] = [[1.5, 0.5], [0.5, 1.5]].map(|[x, y]| direction_through(camera, x, y) - first);
+        [first, column, row]
+    }
+
+    /// z of the middle of what the image shows of the slice y.
+    pub fn middle_depth(&self, camera: &Camera, y: f64) -> f64 {
+        let [mut least, mut most] = self.depths;
+        let [width, height] = camera.size().map(f64::from);
+        // The image of the view ray of a depth is linear in it.
+        let at = camera.image_from_direction(self.along + self.across * y);
+        let a_depth = camera.image_from_direction(-self.to_light);
+        let inside = |v: DVec3| [v.x, width * v.z - v.x, v.y, height * v.z - v.y];
+        for (value, slope) in inside(at).into_iter().zip(inside(a_depth)) {
+            let crossing = -value / slope;
+            if slope > 0.0 {
+                least = least.max(crossing);
+            } else if slope < 0.0 {
+                most = most.min(crossing);
+            }
+        }
+        // A row beside the image.
+        let [first, last] = if least < most { [least, most] } else { self.depths };
+        0.5 * (first + last)
+    }
+
     /// z of the point of a light ray that is `s` directions from its start ([`Self::light_ray`]).
     pub fn depth_at(&self, column: f64, s: f64) -> f64 {
         match self.lamp {
@@ -206,7 +234,7 @@ impl Reach {
     /// κ of the farthest light ray that a view ray crosses.
     fn farthest(&mut self, frame: &Frame<'_>, (along, to_light, lamp): (DVec3, DVec3, Option<f64>)) -> f64 {
         let [width, height] = frame.size().map(|side| side as usize);
-        let directions = affine_directions(frame.camera());
+        let directions = Rectification::view_rays(frame.camera());
         let parts = directions.map(|v| [along.dot(v), to_light.dot(v)]);
         let (depth, limit) = (frame.depth().texels(), frame.max_distance());
         self.rows.clear();
@@ -253,13 +281,6 @@ fn direction_through(camera: &Camera, x: f64, y: f64) -> DVec3 {
 fn corners(camera: &Camera) -> [DVec3; 4] {
     let [width, height] = camera.size().map(f64::from);
     [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]].map(|[x, y]| direction_through(camera, x, y))
-}
-
-/// The view ray of the first pixel, and its change a column and a row.
-fn affine_directions(camera: &Camera) -> [DVec3; 3] {
-    let first = direction_through(camera, 0.5, 0.5);
-    let [column, row] = [[1.5, 0.5], [0.5, 1.5]].map(|[x, y]| direction_through(camera, x, y) - first);
-    [first, column, row]
 }
 
 /// The middle of the wedge that view rays fill across the light, and the axis square to it.
