@@ -3,7 +3,7 @@
 //! All stages of a slice run one after the other on the same few kilobytes; only shares come out.
 
 use epipolar::SliceIntegrator;
-use epipolar::driver::{SliceQueries, SliceRoom, SliceSetup, SliceView, channels_of};
+use epipolar::driver::{SliceQueries, SliceRoom, SliceSetup, SliceView, TileUse, channels_of};
 use epipolar::rows::{Row, RunIndex, TexturedRow};
 use scatter_core::{Light, RenderStats, at_level};
 
@@ -11,6 +11,7 @@ use crate::exact::{ExactSums, ExactTask, Ways, band_ratio};
 use crate::fourier::{FourierAnswers, FourierRow, Terms};
 use crate::moments::{Answer, MomentAnswers, MomentRow, bias_of};
 use crate::options::{Basis, Filter, Options, Weighting};
+use crate::projective::OwnMap;
 use crate::runs::{Asked, DepthScale, Extremes, Runs};
 use crate::storage::Storage;
 use crate::weights::{BandWeights, Fog, QueryRays, Weights};
@@ -39,6 +40,7 @@ pub struct PrefixIntegrator {
     longest: f64,
     is_lamp: bool,
     ways: Ways,
+    own_map: OwnMap,
 }
 
 /// Buffers of a worker for one slice.
@@ -84,7 +86,13 @@ impl PrefixIntegrator {
             longest: FARTHEST,
             is_lamp: false,
             ways: Ways::default(),
+            own_map: OwnMap::default(),
         }
+    }
+
+    /// The projective map from which rows are read while it is [filled](OwnMap::is_filled).
+    pub fn own_map(&mut self) -> &mut OwnMap {
+        &mut self.own_map
     }
 }
 
@@ -120,6 +128,10 @@ impl SliceIntegrator for PrefixIntegrator {
         self.weights.set_up(setup, even, PART_OF_WEIGHTS * tolerance, longest_ray);
     }
 
+    fn tiles(&self) -> TileUse {
+        if self.own_map.is_filled() { TileUse::Never } else { TileUse::IfWorthwhile }
+    }
+
     fn channels(&self) -> usize {
         self.channels
     }
@@ -130,6 +142,7 @@ impl SliceIntegrator for PrefixIntegrator {
 
     fn reserve(&self, room: &SliceRoom<'_>, scratch: &mut PrefixScratch) {
         let SliceRoom { frame, columns, queries, mut runs, .. } = *room;
+        runs += self.own_map.most_runs();
         scratch.row.clear(runs);
         if let Some(texture) = frame.texture() {
             let side = texture.projection().size().into_iter().max().unwrap_or(0) as usize;
@@ -162,7 +175,7 @@ impl SliceIntegrator for PrefixIntegrator {
         if queries.is_empty() {
             return;
         }
-        scratch.counts.texels += slice.rectify(self.options.uncut_columns, &mut scratch.row);
+        scratch.counts.texels += self.own_map.rectify(slice, self.options.uncut_columns, &mut scratch.row);
         let texture = slice.frame().texture();
         if let Some(texture) = texture {
             scratch.textured.fill(&scratch.row, slice.texture_line(texture).as_ref(), texture);
@@ -217,7 +230,7 @@ impl SliceIntegrator for PrefixIntegrator {
     }
 
     fn memory_bytes(&self) -> usize {
-        self.weights.memory_bytes()
+        self.weights.memory_bytes() + self.own_map.memory_bytes()
     }
 
     fn scratch_bytes(scratch: &PrefixScratch) -> usize {

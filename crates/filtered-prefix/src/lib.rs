@@ -18,10 +18,12 @@ mod basis_tests;
 #[cfg(test)]
 mod certificate_tests;
 mod exact;
+pub mod filtered_map;
 pub mod fourier;
 mod integrator;
 pub mod moments;
 mod options;
+pub mod projective;
 mod runs;
 mod storage;
 mod technique;

@@ -3,6 +3,8 @@
 use epipolar::driver::{ErrorTarget, Refinement, Resampling, SliceSettings};
 use scatter_core::{OptionError, Quality};
 
+use crate::filtered_map::Fetch;
+use crate::projective::OwnMapSettings;
 use crate::storage::Storage;
 
 /// The technique's id.
@@ -19,8 +21,12 @@ pub struct Options {
     pub certified: bool,
     /// By what light rays are weighted.
     pub weighting: Option<Weighting>,
-    /// How the shadow map is rectified.
+    /// How the shadow map is rectified; `None`: projectively where the frame has a source of maps and its epipole is far.
     pub rectification: Option<Rectification>,
+    /// Texels of a projective map.
+    pub own_map: OwnMapSettings,
+    /// How pixels get a row's answers.
+    pub fetch: Fetch,
     /// How filtered rows are kept.
     pub storage: Storage,
     /// Largest certificate of a pixel's share, of the share less the certificate; or of the unoccluded light where
@@ -77,8 +83,12 @@ pub enum Filter {
 /// How the shadow map is rectified.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rectification {
-    /// Rows of epipolar slices are read from the given map.
+    /// Rows of epipolar slices are read from the given map: what levels are held against.
     Resampled,
+    /// Rows of a projective map of the technique's own (Klehm et al. 2014, Section 4.2), rendered by the frame's source of maps,
+    /// or resampled from the given map where there is none. Where view rays run along the light there is no such map, and rows are
+    /// resampled; [`RenderStats::modelled`](scatter_core::RenderStats::modelled) says which it was.
+    Projective,
 }
 
 impl Default for Options {
@@ -108,7 +118,9 @@ impl Options {
             coefficients: 6,
             certified: true,
             weighting: None,
-            rectification: None,
+            rectification: Some(Rectification::Resampled),
+            own_map: OwnMapSettings { columns: 2048, rows: 1024, splits: 16 },
+            fetch: Fetch::Exact,
             storage: Storage::F32,
             tolerance: certificate,
             filter: Filter::Auto,

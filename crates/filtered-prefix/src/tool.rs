@@ -6,6 +6,7 @@ use scatter_core::{
     SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
+use crate::filtered_map::Fetch;
 use crate::fourier::FOURIER_COUNTS;
 use crate::moments::COUNTS;
 use crate::options::{Basis, Filter, ID, Options, Rectification, Weighting};
@@ -39,7 +40,41 @@ static TABLE: OptionTable<Options> = OptionTable {
             |options, value| options.certified = value.choice::<Switch>().0
         ),
         option_row!("weighting", "by what light rays are weighted", Option<Weighting>, weighting),
-        option_row!("rectification", "how the shadow map is rectified", Option<Rectification>, rectification),
+        option_row!(
+            "rectification",
+            "whether rows are read from the given map, or from a projective map of the technique's own (auto: where the frame has a \
+             source of maps and the epipole is far)",
+            Option<Rectification>,
+            rectification
+        ),
+        option_row!(
+            "map_columns",
+            "texels of a projective map along view rays, over all splits",
+            "texels",
+            OptionRange::Whole([1, 16384]),
+            own_map.columns as u32
+        ),
+        option_row!(
+            "map_rows",
+            "texels of a projective map across view rays",
+            "texels",
+            OptionRange::Whole([1, 16384]),
+            own_map.rows as u32
+        ),
+        option_row!(
+            "splits",
+            "maps that a projective map is cut into along view rays",
+            "",
+            OptionRange::Whole([1, 16]),
+            own_map.splits as u32
+        ),
+        option_row!(
+            "fetch",
+            "how pixels get a row's answers: exact, or one bilinear or nearest fetch from a filtered projective map (the paper's \
+             own way, which certifies nothing)",
+            Fetch,
+            fetch
+        ),
         option_row!("storage", "how filtered rows are kept", Storage, storage),
         option_row!(
             "certificate",
@@ -162,6 +197,9 @@ impl Configurable for FilteredPrefixTechnique {
             // The paper's: 32 coefficients, and nothing certified unless it is asked for.
             (options.coefficients, options.certified) = (32, false);
         }
+        // One fetch a pixel has no row to integrate.
+        let fetches = last("fetch").is_some_and(|fetch| fetch != "exact");
+        options.certified &= !fetches;
         if let Some(text) = last("coefficients")
             && let Ok(count) = text.parse::<u32>()
         {
@@ -176,6 +214,13 @@ impl Configurable for FilteredPrefixTechnique {
                     if is_fourier { "an even number from 4 to 128" } else { "4, 6 or 8 with basis moments" };
                 return Err(bad_value("coefficients", text, range));
             }
+        }
+        if fetches && options.certified {
+            return Err(bad_value(
+                "certified",
+                "on",
+                "off with fetch=bilinear and fetch=nearest, which certify nothing",
+            ));
         }
         if last("storage") == Some("u8") && !is_fourier {
             return Err(bad_value("storage", "u8", "f32 or f16 with basis moments, or set basis=fourier"));
@@ -252,7 +297,8 @@ choices! {
     Switch: "on" Self(true), "off" Self(false);
     Basis: "moments" Self::Moments, "fourier" Self::Fourier;
     Weighting: "average" Self::Average, "reference" Self::Reference;
-    Rectification: "resampled" Self::Resampled;
+    Rectification: "resampled" Self::Resampled, "projective" Self::Projective;
+    Fetch: "exact" Self::Exact, "bilinear" Self::Bilinear, "nearest" Self::Nearest;
     Filter: "auto" Self::Auto, "always" Self::Always;
     Storage: "f32" Self::F32, "f16" Self::F16, "u8" Self::U8;
 }

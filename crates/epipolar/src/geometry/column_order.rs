@@ -28,7 +28,7 @@ impl ColumnOrder {
 
     /// Rows that give the number of columns before a point of the plane, from the rows that give its column: the
     /// columns c with c + ½ on the light's side of x are `⌊x + ½ − first⌋`, or `⌊last + ½ − x⌋` in descending order.
-    pub(crate) fn lit_rows(&self, [numerator, depth]: [DVec2; 2]) -> [DVec2; 2] {
+    pub fn lit_rows(&self, [numerator, depth]: [DVec2; 2]) -> [DVec2; 2] {
         let [first, end] = self.columns.map(f64::from);
         if self.ascending {
             [numerator + depth * (0.5 - first), depth]

@@ -57,7 +57,13 @@ impl Row {
         }
     }
 
-    /// Appends light rays from γ on that `lit` columns see.
+    /// Room for so many further runs that are [pushed](Self::push).
+    #[inline(always)]
+    pub fn reserve(&mut self, runs: usize) {
+        self.make_room(runs);
+    }
+
+    /// Appends light rays from γ on that `lit` columns see; there must be [room](Self::reserve) for them.
     #[inline(always)]
     pub fn push(&mut self, gamma: f32, lit: u32) {
         let (mut writer, _) = self.writer();

@@ -1,0 +1,111 @@
+//! The paper's own way from end to end (Klehm et al. 2014, Section 3.3): a rectified map of fixed size is filtered as a whole, M
+//! numbers a texel, and every pixel is one fetch of them, bilinear or nearest, and one dot product or one reconstruction.
+//!
+//! ```text
+//! projective map ──▶ filter (rows in parallel: weights, basis, prefix sums as means) ──▶ M numbers a texel
+//! pixel ──▶ column, row, depth of its ray's end ──▶ fetch ──▶ share ──▶ unoccluded closed form × share
+//! ```
+//!
+//! Its cost follows from the picture and the map alone, and so does its memory; it promises nothing. What the crate does by itself
+//! (rows of exact runs, certificates) has none of this map.
+
+mod answer;
+mod filter;
+mod numbers;
+
+use epipolar::driver::{Resolve, Shares};
+use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, simd_level};
+
+use self::numbers::{Number, Numbers};
+use crate::options::{Basis, Options, Weighting};
+use crate::projective::OwnMap;
+
+/// How pixels get a row's answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Fetch {
+    /// Every slice's own row of exact runs, at the very place where the view ray ends.
+    #[default]
+    Exact,
+    /// From a filtered map, between four texels (Klehm et al. 2014, Section 5).
+    Bilinear,
+    /// From a filtered map, one texel.
+    Nearest,
+}
+
+/// A filtered map; kept from frame to frame.
+#[derive(Debug)]
+pub struct FilteredMap {
+    numbers: Numbers,
+    shares: Shares,
+    simd: Level,
+}
+
+impl Default for FilteredMap {
+    /// For the CPU that it runs on.
+    fn default() -> Self {
+        Self { numbers: Numbers::default(), shares: Shares::default(), simd: simd_level() }
+    }
+}
+
+impl FilteredMap {
+    /// Fills `out` with a frame whose projective map is made. O(texels·M) and O(pixels·M).
+    pub fn render(
+        &mut self,
+        (frame, map): (&Frame<'_>, &OwnMap),
+        options: &Options,
+        out: &mut ScatterImage,
+    ) -> RenderStats {
+        let facts = SceneFacts::of(frame);
+        let mut stats = RenderStats::default();
+        let mut clock = StageClock::start();
+        let count = options.coefficients as usize;
+        let area = frame.size().map(|side| side as usize).iter().product();
+        self.shares.clear(area, 1);
+        let texels = map.texel_count();
+        let mut numbers = std::mem::take(&mut self.numbers);
+        numbers.make_room(options.storage, texels * count);
+        numbers.visit(
+            options.storage,
+            Work { own: self, frame, map, options, stats: &mut stats, clock: &mut clock },
+        );
+        self.numbers = numbers;
+        let walked = Resolve::new(frame, Some((&self.shares, 1)), self.simd).image(out);
+        clock.lap(&mut stats, "resolve");
+        stats.counts.push("texels", texels as u64);
+        stats.counts.push("bytes a texel", (count * options.storage.bytes()) as u64);
+        stats.counts.push("queries", area as u64);
+        stats.counts.push("walked pixels", walked);
+        stats.push_modelled(&facts);
+        stats.memory_bytes =
+            (self.numbers.memory_bytes() + self.shares.memory_bytes() + map.memory_bytes()) as u64;
+        stats
+    }
+}
+
+/// Filter and answers, for one kind of number.
+struct Work<'a, 'f> {
+    own: &'a mut FilteredMap,
+    frame: &'a Frame<'f>,
+    map: &'a OwnMap,
+    options: &'a Options,
+    stats: &'a mut RenderStats,
+    clock: &'a mut StageClock,
+}
+
+impl numbers::Visit for Work<'_, '_> {
+    fn visit<T: Number>(self, numbers: &mut [T]) {
+        let Self { own, frame, map, options, stats, clock } = self;
+        let Some(rectification) = map.rectification() else { return };
+        let even = options.weighting == Some(Weighting::Average);
+        let filter = filter::RowFilter::new(frame, map, rectification, even);
+        let count = options.coefficients as usize;
+        filter.fill(own.simd, options.basis, count, numbers);
+        clock.lap(stats, "prefix");
+        let answers = answer::Answers::new(frame, map, rectification, (&*numbers, count), options.fetch);
+        match options.basis {
+            Basis::Fourier => answers.fourier(own.simd, &own.shares),
+            Basis::Moments => answers.moments(own.simd, options.storage, &own.shares),
+        }
+        clock.lap(stats, "answers");
+    }
+}

@@ -1,0 +1,88 @@
+//! The numbers of a filtered map, as f32, half floats or normalised bytes (Klehm et al. 2014, Section 3.3 and Appendix A).
+
+use half::f16;
+
+use crate::storage::Storage;
+
+/// A number in [−1, 1] as it is kept.
+pub trait Number: Copy + Send + Sync {
+    /// Rounds.
+    fn pack(value: f32) -> Self;
+    /// The rounded number.
+    fn unpack(self) -> f32;
+}
+
+impl Number for f32 {
+    #[inline(always)]
+    fn pack(value: f32) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn unpack(self) -> f32 {
+        self
+    }
+}
+
+impl Number for f16 {
+    #[inline(always)]
+    fn pack(value: f32) -> Self {
+        Self::from_f32(value)
+    }
+
+    #[inline(always)]
+    fn unpack(self) -> f32 {
+        self.to_f32()
+    }
+}
+
+impl Number for u8 {
+    #[inline(always)]
+    fn pack(value: f32) -> Self {
+        (127.5 * value + 128.0).clamp(0.0, 255.0) as Self
+    }
+
+    #[inline(always)]
+    fn unpack(self) -> f32 {
+        f32::from(self) * (2.0 / 255.0) - 1.0
+    }
+}
+
+/// Numbers of one kind or another; a buffer.
+#[derive(Debug, Default)]
+pub struct Numbers {
+    floats: Vec<f32>,
+    halves: Vec<f16>,
+    bytes: Vec<u8>,
+}
+
+/// What is done with numbers of any kind.
+pub trait Visit {
+    /// Does it.
+    fn visit<T: Number>(self, numbers: &mut [T]);
+}
+
+impl Numbers {
+    /// Exactly so many numbers of a kind.
+    pub fn make_room(&mut self, storage: Storage, count: usize) {
+        match storage {
+            Storage::F32 => self.floats.resize(count, 0.0),
+            Storage::F16 => self.halves.resize(count, f16::ZERO),
+            Storage::U8 => self.bytes.resize(count, 0),
+        }
+    }
+
+    /// Visits those of a kind.
+    pub fn visit(&mut self, storage: Storage, visit: impl Visit) {
+        match storage {
+            Storage::F32 => visit.visit(&mut self.floats),
+            Storage::F16 => visit.visit(&mut self.halves),
+            Storage::U8 => visit.visit(&mut self.bytes),
+        }
+    }
+
+    /// Bytes held.
+    pub fn memory_bytes(&self) -> usize {
+        4 * self.floats.capacity() + 2 * self.halves.capacity() + self.bytes.capacity()
+    }
+}
