@@ -5,8 +5,8 @@ use fearless_simd::Simd;
 use super::beam::{Beam, LANES};
 use super::block_rays::Bounds;
 use super::crossings::make_room;
-use crate::volume::SquareTree;
 use crate::volume::cells::{PATCH, squares};
+use crate::volume::{SquareTree, code_of};
 
 /// A square with faces.
 #[derive(Debug, Clone, Copy)]
@@ -23,13 +23,6 @@ pub struct Candidates {
     list: Vec<Candidate>,
     stack: Vec<(u8, [u16; 2])>,
     longest_stack: usize,
-}
-
-/// The code of a depth: what is affine along a ray.
-#[inline(always)]
-pub fn code_of(depth: f32, perspective: bool) -> f32 {
-    // A depth of 0 is the lamp itself; the code stays finite, so that no product is NaN.
-    if perspective { (-1.0 / depth).max(-1e30) } else { depth }
 }
 
 impl Candidates {

@@ -22,9 +22,9 @@ use fearless_simd::{Simd, f32x16};
 
 use super::beam::Beam;
 use super::block_rays::{BlockRays, RAYS};
-use super::candidates::{Candidate, code_of};
+use super::candidates::Candidate;
 use super::crossings::{Crossing, Crossings};
-use crate::volume::{Axis, Chunk, SteppedVolume};
+use crate::volume::{Axis, Chunk, SteppedVolume, code_of};
 
 /// Rays that are tested side by side.
 const LANES: usize = 16;
