@@ -7,19 +7,16 @@
 //! the sides by which it comes in and goes out (`volume::stitching`). Between two edges with different signs it crosses the triangle,
 //! at the root in f64; where depths jump, a facet in whose shadow the ray enters or leaves has a wall.
 
+use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
 use scatter_core::ShadowLayer;
 
-use super::beam::{Beam, LANES};
 use super::block_rays::{BlockRays, RAYS};
 use super::candidates::Candidate;
 use super::crossings::{Crossing, Crossings};
+use super::ray_group::{BlockBeams, LANES, RayGroup, Wide, lanes};
 use crate::volume::stitching::{PLACES, STITCHINGS, Stitching};
 use crate::volume::{Facet, HeightField};
-
-/// A number for each of sixteen rays.
-type Wide<S> = f32x16<S>;
 
 /// How far beyond the depths of a facet's vertices a ray must stay for none of its edges to be asked, as a share of their spread and of
 /// the numbers themselves: what rounding makes of a height against an edge is far less.
@@ -36,7 +33,7 @@ pub fn cross_facets<S: Simd>(
     simd: S,
     (field, map, layer, perspective): (&HeightField, &ShadowLayer<'_>, u8, bool),
     candidate: &Candidate,
-    (rays, beam): (&BlockRays, &Beam),
+    (rays, beams): (&BlockRays, &BlockBeams),
     crossings: &mut Crossings,
 ) -> u64 {
     // A wall reaches to infinity.
@@ -56,13 +53,17 @@ pub fn cross_facets<S: Simd>(
             boxes[5][lane] = if packed.has_walls() { open } else { most };
             facets[lane] = facet;
         }
-        let mut found = beam.crosses_sixteen(simd, &boxes) & ((1u64 << packed.len()) - 1);
+        let mut found = beams.block.crosses_sixteen(simd, &boxes) & ((1u64 << packed.len()) - 1);
         met += u64::from(found.count_ones());
+        let by_sixteens = beams.crosses_by_sixteens(simd, &boxes, found);
         while found != 0 {
             let lane = found.trailing_zeros() as usize;
             found &= found - 1;
             let facet = Divided::new(&facets[lane]);
-            for first in (0..RAYS).step_by(LANES) {
+            for (n, first) in (0..RAYS).step_by(LANES).enumerate() {
+                if by_sixteens[n] >> lane & 1 == 0 {
+                    continue;
+                }
                 cross_facet(simd, &facet, (boxes[4][lane], boxes[5][lane]), rays, (first, layer), crossings);
             }
         }
@@ -80,30 +81,25 @@ fn cross_facet<S: Simd>(
     (first, layer): (usize, u8),
     crossings: &mut Crossings,
 ) {
-    let load = |values: &[f32; RAYS]| Wide::from_slice(simd, &values[first..first + LANES]);
-    let real = |value: f32| Wide::splat(simd, value);
-    let cross = |axis: usize, at: f32| (real(at) - load(&rays.start[axis])) * load(&rays.inverse[axis]);
-    let border = |axis: usize, [near, far]: [f32; 2]| {
-        let (a, b) = (cross(axis, near), cross(axis, far));
-        (a.min(b), a.max(b))
-    };
-    let (u_in, u_out) = border(0, facet.facet.columns);
-    let (v_in, v_out) = border(1, facet.facet.rows);
+    let group = RayGroup::load(simd, rays, first);
+    let [u_in, u_out] = group.between(simd, 0, facet.facet.columns);
+    let [v_in, v_out] = group.between(simd, 1, facet.facet.rows);
     let (from, to) = (u_in.max(v_in), u_out.min(v_out));
+    let zero = Wide::splat(simd, 0.0);
     // Of ties columns come first. A ray that does not start before it leaves, or ends before it enters, is not here.
-    let here =
-        u_in.simd_le(v_out) & v_in.simd_lt(u_out) & to.simd_gt(real(0.0)) & from.simd_lt(load(&rays.end));
+    let here = u_in.simd_le(v_out) & v_in.simd_lt(u_out) & to.simd_gt(zero) & from.simd_lt(group.end);
     if here.to_bitmask() & 0xFFFF == 0 {
         return;
     }
     // Rays that stay before all vertices or behind them cross no triangle; what is no number is not left out.
-    let (start, step) = (load(&rays.start[2]), load(&rays.step[2]));
-    let (a, b) = (start + from.max(real(0.0)) * step, start + to * step);
+    let (start, step) = (group.start[2], lanes(simd, &rays.step[2], first));
+    let (a, b) = (start + from.max(zero) * step, start + to * step);
     let size = least.abs().max(if most < f32::INFINITY { most.abs() } else { 0.0 });
     let spread = if most < f32::INFINITY { most - least } else { 0.0 };
-    let slack = start.abs() * real(ASIDE[1]) + real(ASIDE[0] * spread + ASIDE[1] * size);
-    let before = (a.max(b) + slack).simd_lt(real(least));
-    let behind = (a.min(b) - slack).simd_gt(real(most));
+    let slack =
+        start.abs() * Wide::splat(simd, ASIDE[1]) + Wide::splat(simd, ASIDE[0] * spread + ASIDE[1] * size);
+    let before = (a.max(b) + slack).simd_lt(Wide::splat(simd, least));
+    let behind = (a.min(b) - slack).simd_gt(Wide::splat(simd, most));
     let mut visits = here.to_bitmask() & !(before | behind).to_bitmask() & 0xFFFF;
     if visits == 0 {
         return;
@@ -197,58 +193,77 @@ impl Visit {
     fn cross(&self, facet: &Divided<'_>, rays: &BlockRays, layer: u8, crossings: &mut Crossings) {
         let ray = self.ray;
         let walls = &facet.facet.walls;
-        let push = |crossings: &mut Crossings, s: f32, depth: f64, axis: usize, sign: i8| {
-            crossings.push(Crossing { depth, s, ray: ray as u8, layer, axis: axis as u8, sign });
-        };
-        let borders = [facet.facet.columns, facet.facet.rows];
-        let depth_at_wall =
-            |gate: &Gate| rays.depth_of(ray, gate.axis, borders[gate.axis][usize::from(gate.far)].into());
-        let rises = |axis: usize| rays.inverse[axis][ray] > 0.0;
+        let rises = [rays.inverse[0][ray] > 0.0, rays.inverse[1][ray] > 0.0];
 
         // In: the later of the two borders, rows where they tie.
         let axis_in = usize::from(self.enters[1] >= self.enters[0]);
         let s_in = self.enters[axis_in];
-        let starts_here = s_in <= 0.0;
-        let (first, behind_in) = if starts_here {
+        let (first, behind_in) = if s_in <= 0.0 {
             facet.at_start(rays, ray)
         } else {
-            let gate = self.gate(facet, rays, (axis_in, !rises(axis_in)), s_in);
+            let gate = self.gate(facet, rays, (axis_in, !rises[axis_in]), s_in);
             if walls[axis_in][usize::from(gate.far)] && gate.behind > 0.0 {
-                push(crossings, s_in, depth_at_wall(&gate), axis_in, 1);
+                crossings.push(self.at_wall(facet, rays, layer, &gate, 1));
             }
             (gate.triangle, gate.behind)
         };
         // Out: the earlier of the two, columns where they tie.
         let axis_out = usize::from(self.leaves[1] < self.leaves[0]);
-        let out = self.gate(facet, rays, (axis_out, rises(axis_out)), self.leaves[axis_out]);
+        let out = self.gate(facet, rays, (axis_out, rises[axis_out]), self.leaves[axis_out]);
 
-        let (mut triangle, mut before) = (first, (s_in.max(0.0), behind_in));
-        let mut pass = |triangle: usize, (from, before): (f32, f32), (to, after): (f32, f32)| {
-            if (before > 0.0) == (after > 0.0) {
-                return;
-            }
-            let s = root(facet, triangle, rays, ray);
-            let s = if s.is_finite() { s } else { from.into() };
-            let s = s.max(from.into()).min(to.min(1e30).into());
-            if (s as f32) < rays.end[ray] {
-                push(crossings, s as f32, rays.depth_at(ray, s), 2, if after > 0.0 { 1 } else { -1 });
-            }
-        };
+        let (mut triangle, mut before) = (first, [s_in.max(0.0), behind_in]);
         // The chords between the two triangles, in the order in which they lie.
         while triangle != out.triangle {
             let up = out.triangle > triangle;
             let chord = facet.stitching.chords()[if up { triangle } else { triangle - 1 }].map(usize::from);
             let s = chord_crossing(facet, chord, rays, ray);
-            let s = if s.is_finite() { s.max(before.0).min(out.s) } else { before.0 };
-            let at = |axis: usize| rays.start[axis][ray] + s * rays.step[axis][ray];
-            let after = (s, facet.behind_edge(chord, 0, at(0), at(2)));
-            pass(triangle, before, after);
+            let s = if s.is_finite() { s.max(before[0]).min(out.s) } else { before[0] };
+            let along = rays.start[0][ray] + s * rays.step[0][ray];
+            let code = rays.start[2][ray] + s * rays.step[2][ray];
+            let after = [s, facet.behind_edge(chord, 0, along, code)];
+            self.pass(facet, rays, (triangle, layer), [before, after], crossings);
             before = after;
             triangle = if up { triangle + 1 } else { triangle - 1 };
         }
-        pass(triangle, before, (out.s, out.behind));
+        self.pass(facet, rays, (triangle, layer), [before, [out.s, out.behind]], crossings);
         if walls[axis_out][usize::from(out.far)] && out.behind > 0.0 && out.s < rays.end[ray] {
-            push(crossings, out.s, depth_at_wall(&out), axis_out, -1);
+            crossings.push(self.at_wall(facet, rays, layer, &out, -1));
+        }
+    }
+
+    /// Over a triangle, between two of its edges: where the ray is, and how far behind.
+    #[inline(always)]
+    fn pass(
+        &self,
+        facet: &Divided<'_>,
+        rays: &BlockRays,
+        (triangle, layer): (usize, u8),
+        [[from, before], [to, after]]: [[f32; 2]; 2],
+        crossings: &mut Crossings,
+    ) {
+        if (before > 0.0) == (after > 0.0) {
+            return;
+        }
+        let s = root(facet, triangle, rays, self.ray);
+        let s = if s.is_finite() { s } else { from.into() };
+        let s = s.max(from.into()).min(to.min(1e30).into());
+        if (s as f32) < rays.end[self.ray] {
+            let sign = if after > 0.0 { 1 } else { -1 };
+            let depth = rays.depth_at(self.ray, s);
+            crossings.push(Crossing { depth, s: s as f32, ray: self.ray as u8, layer, axis: 2, sign });
+        }
+    }
+
+    /// The crossing with a wall at a border.
+    fn at_wall(&self, facet: &Divided<'_>, rays: &BlockRays, layer: u8, gate: &Gate, sign: i8) -> Crossing {
+        let border = [facet.facet.columns, facet.facet.rows][gate.axis][usize::from(gate.far)];
+        Crossing {
+            depth: rays.depth_of(self.ray, gate.axis, border.into()),
+            s: gate.s,
+            ray: self.ray as u8,
+            layer,
+            axis: gate.axis as u8,
+            sign,
         }
     }
 
@@ -269,8 +284,9 @@ impl Visit {
         } else {
             [ends[0], ends[2]]
         };
-        let at = |axis: usize| rays.start[axis][ray] + s * rays.step[axis][ray];
-        let behind = facet.behind_edge(edge, other, at(other), at(2));
+        let along = rays.start[other][ray] + s * rays.step[other][ray];
+        let code = rays.start[2][ray] + s * rays.step[2][ray];
+        let behind = facet.behind_edge(edge, other, along, code);
         // Of the top and the right the edge begins clockwise at its first end, of the others at its last.
         let triangle =
             if facet.is_plane { 0 } else { facet.stitching.owner(if side < 2 { edge[0] } else { edge[1] }) };

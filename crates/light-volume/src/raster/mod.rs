@@ -3,6 +3,7 @@
 //! ```text
 //! ray_fan      a pixel's ray in a map's space, and what of it lies inside
 //! block_rays   those of 8×8 pixels, in a parameter in which borders and depths are crossed in order
+//! ray_group    sixteen of them side by side
 //! beam         what bounds the rays of a block or of a tile: what no pixel can see is left out
 //! candidates   which patches the rays of a tile, and then of a block, may cross
 //! coverage     which rays cross which faces, sixteen rays at a time
@@ -20,6 +21,7 @@ mod crossings;
 mod facets;
 mod integrate;
 mod ray_fan;
+mod ray_group;
 pub mod surface_walk;
 mod tile;
 

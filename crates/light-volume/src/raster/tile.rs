@@ -18,7 +18,6 @@ use scatter_core::{
     transmittances_of_pixels_f32,
 };
 
-use super::beam::Beam;
 use super::block_rays::{BlockRays, Bounds, RAYS, SIDE};
 use super::candidates::Candidates;
 use super::coverage::cross;
@@ -26,6 +25,7 @@ use super::crossings::{Crossing, Crossings, ENTERS, LEAVES, make_room};
 use super::facets::{cross_facets, starts_behind};
 use super::integrate::{Integrand, LANES, Run, TileSums, along_ray};
 use super::ray_fan::MapRays;
+use super::ray_group::BlockBeams;
 use super::surface_walk::lit_on_surface;
 use crate::volume::{HeightField, SteppedVolume, code_of};
 
@@ -246,20 +246,26 @@ impl TileWork {
             if !(rays.bounds.end > 0.0) {
                 continue;
             }
-            let beam = Beam::new(&rays.bounds);
+            let beams = BlockBeams::new(rays);
             let (index, perspective) = (layer as u8, fan.perspective);
-            candidates.of_block(simd, &beam, |candidate| {
-                counts.patches += 1;
-                counts.faces += match scene.meshes {
-                    Meshes::Stepped(volumes) => {
-                        cross(simd, (&volumes[layer], index, perspective), candidate, (rays, &beam), found)
-                    }
-                    Meshes::Interpolated(fields) => {
-                        let of_layer = (&fields[layer], &map, index, perspective);
-                        cross_facets(simd, of_layer, candidate, (rays, &beam), found)
-                    }
-                };
-            });
+            for sixteen in 0..candidates.sixteens() {
+                let mut met = candidates.met_by(simd, &beams.block, sixteen);
+                while met != 0 {
+                    let candidate = candidates.at(sixteen, met.trailing_zeros() as usize);
+                    met &= met - 1;
+                    counts.patches += 1;
+                    counts.faces += match scene.meshes {
+                        Meshes::Stepped(volumes) => {
+                            let of_layer = (&volumes[layer], index, perspective);
+                            cross(simd, of_layer, candidate, (rays, &beams), found)
+                        }
+                        Meshes::Interpolated(fields) => {
+                            let of_layer = (&fields[layer], &map, index, perspective);
+                            cross_facets(simd, of_layer, candidate, (rays, &beams), found)
+                        }
+                    };
+                }
+            }
         }
     }
 
