@@ -1,15 +1,17 @@
-//! One group a stage, by size: the mesh, static and adaptive, and a whole frame in each way to accumulate.
+//! One group a stage, by size: the meshes of both surfaces, static and adaptive, a whole frame in each way to accumulate, and a
+//! lamp's airlight in each closed form.
 //!
 //! Every benchmark asserts its answer once before it is timed.
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use light_volume::volume::{SteppedVolume, Tessellation, Tolerance};
-use light_volume::{Accumulate, LightVolume, Options};
+use light_volume::airlight::{SunTable, exact_airlight};
+use light_volume::volume::{HeightField, SteppedVolume, Tessellation, Tolerance};
+use light_volume::{Accumulate, LightVolume, Options, Surface, Tessellation as Tessellates};
 use scatter_core::{
-    Camera, DepthMap, Frame, Light, MapProjection, Medium, Phase, ScatterImage, ShadowLayer, ShadowMap,
-    VolumetricShadow, walked_radiance,
+    Camera, DepthMap, Frame, LampIntegralF32, LampRay, Light, MapProjection, Medium, Phase, RayLanes,
+    ScatterImage, ShadowLayer, ShadowMap, ViewRay, VolumetricShadow, airlight, simd_level, walked_radiance,
 };
 
 const SUN: [f64; 3] = [0.3, -1.0, -0.2];
@@ -50,6 +52,64 @@ fn mesh(c: &mut Criterion) {
             });
         }
     }
+    for side in [512, 1024] {
+        let (projection, texels) = map(side);
+        let layer = ShadowLayer::new(projection, &texels).expect("sane");
+        for (name, tessellation) in ways {
+            let mut field = HeightField::default();
+            field.build(&layer, tessellation);
+            let all = 2 * (u64::from(side) + 1) * (u64::from(side) + 1);
+            let found = field.triangle_count();
+            assert!(if name == "adaptive" { 4 * found < all } else { found <= all }, "{name}: {found}");
+            group.bench_function(BenchmarkId::new(format!("interpolated-{name}"), side), |b| {
+                b.iter(|| field.build(black_box(&layer), tessellation));
+            });
+        }
+    }
+    group.finish();
+}
+
+/// The lit interval `[1, 9]` of sixteen rays past a lamp: core's quadrature in f32, the exponential integral in f64, Sun's table.
+fn lamp_airlight(c: &mut Criterion) {
+    let mut group = c.benchmark_group("airlight-16");
+    let sigma = 0.1;
+    let medium = Medium::homogeneous([sigma; 3], [0.0; 3], Phase::Isotropic).expect("sane");
+    let position = glam::DVec3::new(0.5, 0.2, -6.0);
+    let light = Light::point(position.to_array(), [1.0; 3], 0.0).expect("sane");
+    let lamp = LampIntegralF32::new(&light, &medium, glam::DVec3::ZERO).expect("a lamp");
+    let ray = |n: usize| ViewRay {
+        origin: glam::DVec3::ZERO,
+        direction: glam::DVec3::new(0.05 * n as f64 - 0.4, 0.1, -1.0).normalize(),
+    };
+    let rays = RayLanes::from_fn(ray);
+    let lamps: Vec<LampRay> =
+        (0..16).map(|n| LampRay::new(ray(n).origin, ray(n).direction, position, 0.0)).collect();
+    let exact: Vec<f64> = lamps.iter().map(|lamp| airlight(sigma, *lamp, 1.0, 9.0)).collect();
+    let (a, b) = ([1.0f32; 16], [9.0f32; 16]);
+    let scale = sigma / (4.0 * std::f64::consts::PI);
+    let found = lamp.intervals(simd_level(), &rays, &a, &b)[0];
+    for (found, exact) in found.iter().zip(&exact) {
+        assert!((f64::from(*found) / (exact * scale) - 1.0).abs() < 2e-5, "{found} {exact}");
+    }
+    group.bench_function("quadrature", |bencher| {
+        bencher.iter(|| lamp.intervals(simd_level(), black_box(&rays), &a, &b));
+    });
+    for (lamp, exact) in lamps.iter().zip(&exact) {
+        assert!((exact_airlight(sigma, *lamp, 1.0, 9.0) / exact - 1.0).abs() < 1e-12);
+    }
+    group.bench_function("exponential-integral", |bencher| {
+        let all = || black_box(&lamps).iter().map(|lamp| exact_airlight(sigma, *lamp, 1.0, 9.0)).sum::<f64>();
+        bencher.iter(all);
+    });
+    let table = SunTable::new(64, 10.0);
+    for (lamp, exact) in lamps.iter().zip(&exact) {
+        let found = f64::from(table.airlight(sigma as f32, *lamp, 1.0, 9.0));
+        assert!((found / exact - 1.0).abs() < 1e-2, "{found} {exact}");
+    }
+    group.bench_function("sun-table", |bencher| {
+        let of = |lamp: &LampRay| table.airlight(sigma as f32, *lamp, 1.0, 9.0);
+        bencher.iter(|| black_box(&lamps).iter().map(of).sum::<f32>());
+    });
     group.finish();
 }
 
@@ -72,6 +132,24 @@ fn frame(c: &mut Criterion) {
         ("signed", Accumulate::Signed),
         ("signed-f32", Accumulate::SignedSingle),
     ];
+    let surfaces = [
+        ("interpolated-static", Tessellates::Static, 0.0),
+        ("interpolated-exact", Tessellates::Adaptive, 0.0),
+        ("interpolated-0.001", Tessellates::Adaptive, 0.001),
+    ];
+    let mut triangles = u64::MAX;
+    for (name, tessellation, threshold) in surfaces {
+        let options = Options { surface: Surface::Interpolated, tessellation, threshold, ..Options::exact() };
+        let mut technique = LightVolume::new(options);
+        let mut image = ScatterImage::new();
+        let stats = technique.render(&frame, &mut image).expect("supported");
+        let found = stats.counts.get("triangles").expect("counted");
+        assert!(found <= triangles, "{name}: {found} of {triangles}");
+        triangles = found;
+        group.bench_function(name, |b| {
+            b.iter(|| technique.render(black_box(&frame), &mut image).expect("supported"));
+        });
+    }
     for (name, accumulate) in ways {
         let mut technique = LightVolume::new(Options { accumulate, ..Options::exact() });
         let mut image = ScatterImage::new();
@@ -85,5 +163,5 @@ fn frame(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, mesh, frame);
+criterion_group!(benches, mesh, lamp_airlight, frame);
 criterion_main!(benches);

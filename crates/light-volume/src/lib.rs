@@ -9,6 +9,7 @@
 //! shadow map ──volume──▶ caps and walls in a tree of patches ──raster──▶ crossings ──▶ lit intervals ──▶ image
 //! ```
 
+pub mod airlight;
 pub mod options;
 pub mod raster;
 pub mod surface_light;

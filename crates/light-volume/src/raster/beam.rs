@@ -101,30 +101,34 @@ impl Beam {
     /// A bit for each of sixteen boxes that they may cross something in: as [`Self::crosses`].
     #[inline(always)]
     pub fn crosses_sixteen<S: Simd>(&self, simd: S, boxes: &[[f32; LANES]; 6]) -> u64 {
-        let real = |value: f32| f32x16::splat(simd, value);
-        let load = |index: usize| f32x16::load_array_ref(simd, &boxes[index]);
-        let (mut from, mut to) = (real(0.0), real(self.end));
+        let (zero, margin) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, MARGIN));
+        let (mut from, mut to) = (zero, f32x16::splat(simd, self.end));
         for (axis, beam) in self.axes.iter().enumerate() {
-            let (first, last) = (load(2 * axis), load(2 * axis + 1));
-            let slack = last.mul_add(real(MARGIN), real(MARGIN * beam.least.abs().max(beam.greatest.abs())));
-            let ahead = (first - real(beam.greatest) - slack) * real(beam.soonest[0]);
-            let behind = (real(beam.least) - last - slack) * real(beam.soonest[1]);
+            let first = f32x16::load_array_ref(simd, &boxes[2 * axis]);
+            let last = f32x16::load_array_ref(simd, &boxes[2 * axis + 1]);
+            let (least, greatest) = (f32x16::splat(simd, beam.least), f32x16::splat(simd, beam.greatest));
+            let of_starts = f32x16::splat(simd, MARGIN * beam.least.abs().max(beam.greatest.abs()));
+            let slack = last.mul_add(margin, of_starts);
+            let ahead = (first - greatest - slack) * f32x16::splat(simd, beam.soonest[0]);
+            let behind = (least - last - slack) * f32x16::splat(simd, beam.soonest[1]);
             from = from.max(ahead).max(behind);
             match beam.latest {
-                Latest::Up(rate) => to = to.min((last - real(beam.least) + slack) * real(rate)),
-                Latest::Down(rate) => to = to.min((real(beam.greatest) - first + slack) * real(rate)),
+                Latest::Up(rate) => to = to.min((last - least + slack) * f32x16::splat(simd, rate)),
+                Latest::Down(rate) => to = to.min((greatest - first + slack) * f32x16::splat(simd, rate)),
                 Latest::BothWays => {}
             }
         }
-        from *= real(1.0 - MARGIN);
-        to *= real(1.0 + MARGIN);
-        let [[least, greatest], [slowest, fastest]] = self.codes.map(|pair| pair.map(real));
-        let nearest = least + (slowest * from).min(slowest * to);
-        let farthest = greatest + (fastest * from).max(fastest * to);
-        let of_starts = self.codes[0][0].abs().max(self.codes[0][1].abs());
-        let slack = (nearest.abs().min(farthest.abs()) + real(of_starts)) * real(MARGIN);
+        from *= f32x16::splat(simd, 1.0 - MARGIN);
+        to *= f32x16::splat(simd, 1.0 + MARGIN);
+        let [[least, greatest], [slowest, fastest]] = self.codes;
+        let (slow, fast) = (f32x16::splat(simd, slowest), f32x16::splat(simd, fastest));
+        let nearest = f32x16::splat(simd, least) + (slow * from).min(slow * to);
+        let farthest = f32x16::splat(simd, greatest) + (fast * from).max(fast * to);
+        let of_starts = f32x16::splat(simd, least.abs().max(greatest.abs()));
+        let slack = (nearest.abs().min(farthest.abs()) + of_starts) * margin;
+        let codes = [f32x16::load_array_ref(simd, &boxes[4]), f32x16::load_array_ref(simd, &boxes[5])];
         let outside =
-            from.simd_gt(to) | (farthest + slack).simd_lt(load(4)) | (nearest - slack).simd_gt(load(5));
+            from.simd_gt(to) | (farthest + slack).simd_lt(codes[0]) | (nearest - slack).simd_gt(codes[1]);
         !outside.to_bitmask() & 0xFFFF
     }
 }

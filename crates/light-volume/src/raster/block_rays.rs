@@ -18,6 +18,8 @@ use super::ray_fan::{MapPath, MapRays};
 pub const SIDE: u32 = 8;
 /// Rays of a block.
 pub const RAYS: usize = 64;
+/// Rays that are looked at side by side: two rows of a block.
+pub const SIXTEEN: usize = 16;
 
 /// Largest inverse of a step: times the index of a border it is finite in f32.
 const STEEPEST: f64 = 1e30;
@@ -46,6 +48,8 @@ pub struct BlockRays {
     base: [[f64; 2]; RAYS],
     /// What bounds them all.
     pub bounds: Bounds,
+    /// What bounds each sixteen of them.
+    pub of_sixteens: [Bounds; RAYS / SIXTEEN],
 }
 
 /// Bounds of the rays of a block or of a tile.
@@ -91,6 +95,7 @@ impl Default for BlockRays {
             exact: [[[0.0; 2]; 3]; RAYS],
             base: [[0.0; 2]; RAYS],
             bounds: Bounds::EMPTY,
+            of_sixteens: [Bounds::EMPTY; RAYS / SIXTEEN],
         }
     }
 }
@@ -101,7 +106,7 @@ impl BlockRays {
     #[inline(always)]
     pub fn set_up(&mut self, fan: &MapFan, [x, y]: [u32; 2], ends: &[f64; RAYS]) -> u64 {
         let mut lost = 0;
-        self.bounds = Bounds::EMPTY;
+        self.of_sixteens = [Bounds::EMPTY; RAYS / SIXTEEN];
         let starts_at_eye = fan.one_start && fan.perspective && is_before(fan, &fan.path([x, y]));
         for (ray, &end) in ends.iter().enumerate() {
             let path = fan.path([x + ray as u32 % SIDE, y + ray as u32 / SIDE]);
@@ -122,12 +127,16 @@ impl BlockRays {
             }
             self.put(ray, if is_sane { &line } else { &Line::NONE });
         }
+        self.bounds = Bounds::EMPTY;
+        for bounds in &self.of_sixteens {
+            self.bounds = self.bounds.joined(bounds);
+        }
         lost
     }
 
     #[inline(always)]
     fn put(&mut self, ray: usize, line: &Line) {
-        let bounds = &mut self.bounds;
+        let bounds = &mut self.of_sixteens[ray / SIXTEEN];
         let exists = line.end > 0.0;
         for axis in 0..3 {
             let (start, step) = (line.start[axis], line.step[axis]);

@@ -5,8 +5,8 @@ use fearless_simd::Simd;
 use super::beam::{Beam, LANES};
 use super::block_rays::Bounds;
 use super::crossings::make_room;
-use crate::volume::SquareTree;
 use crate::volume::cells::{PATCH, squares};
+use crate::volume::{SquareTree, code_of};
 
 /// A square with faces.
 #[derive(Debug, Clone, Copy)]
@@ -23,13 +23,6 @@ pub struct Candidates {
     list: Vec<Candidate>,
     stack: Vec<(u8, [u16; 2])>,
     longest_stack: usize,
-}
-
-/// The code of a depth: what is affine along a ray.
-#[inline(always)]
-pub fn code_of(depth: f32, perspective: bool) -> f32 {
-    // A depth of 0 is the lamp itself; the code stays finite, so that no product is NaN.
-    if perspective { (-1.0 / depth).max(-1e30) } else { depth }
 }
 
 impl Candidates {
@@ -87,17 +80,22 @@ impl Candidates {
         self.list.push(candidate);
     }
 
-    /// Calls `each` for those that a narrower beam may cross.
+    /// How many sixteens of them there are.
+    pub fn sixteens(&self) -> usize {
+        self.boxes.len()
+    }
+
+    /// A bit for each of sixteen that a narrower beam may cross.
     #[inline(always)]
-    pub fn of_block<S: Simd>(&self, simd: S, beam: &Beam, mut each: impl FnMut(&Candidate)) {
-        for (candidates, boxes) in self.list.chunks(LANES).zip(&self.boxes) {
-            let mut crossed = beam.crosses_sixteen(simd, boxes) & ((1u64 << candidates.len()) - 1);
-            while crossed != 0 {
-                let index = crossed.trailing_zeros() as usize;
-                crossed &= crossed - 1;
-                each(&candidates[index]);
-            }
-        }
+    pub fn met_by<S: Simd>(&self, simd: S, beam: &Beam, sixteen: usize) -> u64 {
+        let count = (self.list.len() - sixteen * LANES).min(LANES);
+        beam.crosses_sixteen(simd, &self.boxes[sixteen]) & ((1u64 << count) - 1)
+    }
+
+    /// One of sixteen.
+    #[inline(always)]
+    pub fn at(&self, sixteen: usize, index: usize) -> &Candidate {
+        &self.list[sixteen * LANES + index]
     }
 
     /// How many it needs room for: what it has, or had to look at.

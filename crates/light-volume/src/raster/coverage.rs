@@ -17,45 +17,14 @@
 //!
 //! The crossing's depth is then solved in f64 ([`BlockRays::depth_of`]).
 
+use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f32x16};
 
-use super::beam::Beam;
 use super::block_rays::{BlockRays, RAYS};
-use super::candidates::{Candidate, code_of};
+use super::candidates::Candidate;
 use super::crossings::{Crossing, Crossings};
-use crate::volume::{Axis, Chunk, SteppedVolume};
-
-/// Rays that are tested side by side.
-const LANES: usize = 16;
-
-/// A number for each ray.
-type Wide<S> = f32x16<S>;
-
-/// Sixteen rays of a block.
-struct Group<S: Simd> {
-    start: [Wide<S>; 3],
-    inverse: [Wide<S>; 3],
-    end: Wide<S>,
-}
-
-impl<S: Simd> Group<S> {
-    #[inline(always)]
-    fn load(simd: S, rays: &BlockRays, first: usize) -> Self {
-        let load = |values: &[f32; RAYS]| Wide::from_slice(simd, &values[first..first + LANES]);
-        Self {
-            start: [load(&rays.start[0]), load(&rays.start[1]), load(&rays.start[2])],
-            inverse: [load(&rays.inverse[0]), load(&rays.inverse[1]), load(&rays.inverse[2])],
-            end: load(&rays.end),
-        }
-    }
-
-    /// Where the rays cross a border or a code.
-    #[inline(always)]
-    fn crossing(&self, simd: S, axis: usize, at: f32) -> Wide<S> {
-        (Wide::splat(simd, at) - self.start[axis]) * self.inverse[axis]
-    }
-}
+use super::ray_group::{BlockBeams, LANES, RayGroup, Wide};
+use crate::volume::{Axis, Chunk, SteppedVolume, code_of};
 
 /// Writes down which rays of a block cross the faces of a patch of a layer; returns how many faces the block's beam met.
 #[inline(always)]
@@ -63,14 +32,15 @@ pub fn cross<S: Simd>(
     simd: S,
     (volume, layer, perspective): (&SteppedVolume, u8, bool),
     candidate: &Candidate,
-    (rays, beam): (&BlockRays, &Beam),
+    (rays, beams): (&BlockRays, &BlockBeams),
     crossings: &mut Crossings,
 ) -> u64 {
     let mut met = 0;
     for chunk in volume.faces(candidate.place[1], volume.patch(candidate.place)) {
         let (boxes, codes) = boxes_of(chunk, perspective);
-        let mut faces = beam.crosses_sixteen(simd, &boxes) & ((1u64 << chunk.count) - 1);
+        let mut faces = beams.block.crosses_sixteen(simd, &boxes) & ((1u64 << chunk.count) - 1);
         met += u64::from(faces.count_ones());
+        let by_sixteens = beams.crosses_by_sixteens(simd, &boxes, faces);
         while faces != 0 {
             let index = faces.trailing_zeros() as usize;
             faces &= faces - 1;
@@ -80,8 +50,11 @@ pub fn cross<S: Simd>(
                 codes: [boxes[4][index], boxes[5][index]],
             };
             let sign = if codes[1][index] < codes[0][index] { 1 } else { -1 };
-            for first in (0..RAYS).step_by(LANES) {
-                let group = Group::load(simd, rays, first);
+            for (n, first) in (0..RAYS).step_by(LANES).enumerate() {
+                if by_sixteens[n] >> index & 1 == 0 {
+                    continue;
+                }
+                let group = RayGroup::load(simd, rays, first);
                 let mut sink = Sink { rays, group: first, layer, crossings };
                 match chunk.axis[index] {
                     Axis::Column => cross_wall::<S, true>(simd, &group, &rectangle, sign, &mut sink),
@@ -131,7 +104,7 @@ struct Rectangle {
 }
 
 #[inline(always)]
-fn cross_cap<S: Simd>(simd: S, group: &Group<S>, cap: &Rectangle, at: f64, sink: &mut Sink<'_>) {
+fn cross_cap<S: Simd>(simd: S, group: &RayGroup<S>, cap: &Rectangle, at: f64, sink: &mut Sink<'_>) {
     let s = group.crossing(simd, 2, cap.codes[0]);
     let mut hits = s.simd_gt(Wide::splat(simd, 0.0)) & s.simd_lt(group.end);
     for (axis, [first, last]) in [(0, cap.columns), (1, cap.rows)] {
@@ -147,7 +120,7 @@ fn cross_cap<S: Simd>(simd: S, group: &Group<S>, cap: &Rectangle, at: f64, sink:
 #[inline(always)]
 fn cross_wall<S: Simd, const COLUMN: bool>(
     simd: S,
-    group: &Group<S>,
+    group: &RayGroup<S>,
     wall: &Rectangle,
     sign: i8,
     sink: &mut Sink<'_>,

@@ -3,10 +3,12 @@
 //! ```text
 //! ray_fan      a pixel's ray in a map's space, and what of it lies inside
 //! block_rays   those of 8×8 pixels, in a parameter in which borders and depths are crossed in order
+//! ray_group    sixteen of them side by side
 //! beam         what bounds the rays of a block or of a tile: what no pixel can see is left out
 //! candidates   which patches the rays of a tile, and then of a block, may cross
 //! coverage     which rays cross which faces, sixteen rays at a time
 //! facets       the same of an interpolated surface's triangles
+//! surface_walk one ray through it in f64, where numbers of f32 do not reach
 //! crossings    a pixel's crossings in order ──▶ its lit intervals
 //! integrate    lit intervals ──▶ sums of pixels        tile      all of it for a part of the image
 //! ```
@@ -19,6 +21,8 @@ mod crossings;
 mod facets;
 mod integrate;
 mod ray_fan;
+mod ray_group;
+pub mod surface_walk;
 mod tile;
 
 use std::sync::{Mutex, PoisonError};
@@ -73,7 +77,7 @@ impl Raster {
             Surface::Interpolated => {
                 self.fields.resize_with(layer_count.max(self.fields.len()), HeightField::default);
                 for (field, layer) in self.fields.iter_mut().zip(layers()) {
-                    field.build(&layer);
+                    field.build(&layer, tessellation);
                 }
                 Meshes::Interpolated(&self.fields[..layer_count])
             }
@@ -113,10 +117,8 @@ impl Raster {
         let count = |of: fn(&TileWork) -> u64| self.workers.iter().map(of).sum();
         let triangles: u64 = match meshes {
             Meshes::Stepped(volumes) => volumes.iter().map(|volume| 2 * volume.face_count()).sum(),
-            // Walls aside, and parts of cells with a hole.
-            Meshes::Interpolated(fields) => {
-                fields.iter().map(|field| 2 * field.cells().map(u64::from).iter().product::<u64>()).sum()
-            }
+            // Walls aside.
+            Meshes::Interpolated(fields) => fields.iter().map(HeightField::triangle_count).sum(),
         };
         stats.counts.push("rays", frame.size().map(u64::from).iter().product());
         stats.counts.push("triangles", triangles);

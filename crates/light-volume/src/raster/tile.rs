@@ -18,16 +18,16 @@ use scatter_core::{
     transmittances_of_pixels_f32,
 };
 
-use super::beam::Beam;
 use super::block_rays::{BlockRays, Bounds, RAYS, SIDE};
-use super::candidates::{Candidates, code_of};
+use super::candidates::Candidates;
 use super::coverage::cross;
 use super::crossings::{Crossing, Crossings, ENTERS, LEAVES, make_room};
 use super::facets::{cross_facets, starts_behind};
 use super::integrate::{Integrand, LANES, Run, TileSums, along_ray};
 use super::ray_fan::MapRays;
-use crate::volume::SteppedVolume;
-use crate::volume::height_field::{HeightField, facet_at};
+use super::ray_group::BlockBeams;
+use super::surface_walk::lit_on_surface;
+use crate::volume::{HeightField, SteppedVolume, code_of};
 
 /// Pixels along the side of a tile.
 pub const TILE: u32 = 32;
@@ -76,8 +76,9 @@ impl Meshes<'_> {
             Self::Stepped(volumes) => rays.first_texel(ray, size).is_some_and(|[i, j]| {
                 rays.starts_behind(ray, code_of(volumes[layer].depth_at(map, i, j), perspective))
             }),
-            Self::Interpolated(_) => rays.first_cell(ray, size).is_some_and(|(cell, half)| {
-                facet_at(map, cell, half).is_some_and(|facet| starts_behind(&facet, perspective, rays, ray))
+            Self::Interpolated(fields) => rays.first_cell(ray, size).is_some_and(|(cell, half)| {
+                let facet = fields[layer].facet_at(map, cell, half);
+                facet.is_some_and(|facet| starts_behind(&facet, rays, ray))
             }),
         }
     }
@@ -245,20 +246,26 @@ impl TileWork {
             if !(rays.bounds.end > 0.0) {
                 continue;
             }
-            let beam = Beam::new(&rays.bounds);
+            let beams = BlockBeams::new(rays);
             let (index, perspective) = (layer as u8, fan.perspective);
-            candidates.of_block(simd, &beam, |candidate| {
-                counts.patches += 1;
-                counts.faces += match scene.meshes {
-                    Meshes::Stepped(volumes) => {
-                        cross(simd, (&volumes[layer], index, perspective), candidate, (rays, &beam), found)
-                    }
-                    Meshes::Interpolated(fields) => {
-                        let of_layer = (&fields[layer], &map, index, perspective);
-                        cross_facets(simd, of_layer, candidate, (rays, &beam), found)
-                    }
-                };
-            });
+            for sixteen in 0..candidates.sixteens() {
+                let mut met = candidates.met_by(simd, &beams.block, sixteen);
+                while met != 0 {
+                    let candidate = candidates.at(sixteen, met.trailing_zeros() as usize);
+                    met &= met - 1;
+                    counts.patches += 1;
+                    counts.faces += match scene.meshes {
+                        Meshes::Stepped(volumes) => {
+                            let of_layer = (&volumes[layer], index, perspective);
+                            cross(simd, of_layer, candidate, (rays, &beams), found)
+                        }
+                        Meshes::Interpolated(fields) => {
+                            let of_layer = (&fields[layer], &map, index, perspective);
+                            cross_facets(simd, of_layer, candidate, (rays, &beams), found)
+                        }
+                    };
+                }
+            }
         }
     }
 
@@ -379,16 +386,20 @@ fn find_borders(fan: &MapFan, layer: u8, [x, y]: [u32; 2], ends: &[f64; RAYS], f
     }
 }
 
-/// Adds the light of one pixel, walked through the maps in f64.
+/// Adds the light of one pixel, walked through the maps or the surface in f64.
 fn walk(scene: &Scene<'_>, pixel: u32, end: f64, sums: &mut TileSums) {
     let frame = scene.frame;
     let [x, y] = sums.place(pixel);
     let ray = frame.camera().pixel_ray(x, y);
     let along = along_ray(frame, &ray);
     let maps = (frame.shadow(), frame.setup().maps());
-    lit_stretches(maps, frame.camera().eye(), &ray, [0.0, end * along], |from, to| {
+    let add = |from: f64, to: f64| {
         scene.integrand.add_exactly(frame, pixel, [from / along, to / along], sums);
-    });
+    };
+    match scene.meshes {
+        Meshes::Stepped(_) => lit_stretches(maps, frame.camera().eye(), &ray, [0.0, end * along], add),
+        Meshes::Interpolated(fields) => lit_on_surface(frame, fields, &ray, end * along, add),
+    }
 }
 
 /// Channel by channel to pixel by pixel.

@@ -60,7 +60,7 @@ impl SquareTree for HeightField {
     }
 
     #[inline(always)]
-    fn is_whole(&self, _level: usize, _place: [u32; 2]) -> bool {
-        false
+    fn is_whole(&self, level: usize, place: [u32; 2]) -> bool {
+        self.is_one_quad(level, place)
     }
 }
