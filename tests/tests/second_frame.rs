@@ -16,7 +16,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SIZES: [[u32; 2]; 2] = [[67, 45], [481, 35]];
 
 /// Every technique's options that need buffers of their own, by its id.
-const OPTIONS: [(&str, &[(&str, &str)]); 19] = [
+const OPTIONS: [(&str, &[(&str, &str)]); 22] = [
     ("raymarch", &[("steps", "33"), ("jitter", "1")]),
     ("epipolar", &[("cells", "box"), ("rank", "8")]),
     ("epipolar", &[("integrator", "tree"), ("around", "ring")]),
@@ -25,6 +25,9 @@ const OPTIONS: [(&str, &[(&str, &str)]); 19] = [
     ("filtered-prefix", &[("basis", "fourier"), ("storage", "f16")]),
     ("filtered-prefix", &[("filter", "always")]),
     ("filtered-prefix", &[("certified", "off"), ("coefficients", "4")]),
+    ("froxel", &[("grid", "11x7x33"), ("frames", "3")]),
+    ("froxel", &[("grid", "160x90x64"), ("lookup", "radiance")]),
+    ("froxel", &[("grid", "4096x4096x8"), ("near", "0.5"), ("far", "3")]),
     ("light-volume", &[("accumulate", "shares"), ("tessellation", "static")]),
     ("light-volume", &[("accumulate", "signed"), ("threshold", "0.01")]),
     ("light-volume", &[("accumulate", "signed-f32")]),

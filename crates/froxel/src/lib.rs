@@ -15,6 +15,11 @@
 //! froxel to froxel, many lights, a cost that is known beforehand. Where it fails: thin shafts, edges of near surfaces; see
 //! the crate's README for how far.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "lanes and channels of several arrays go side by side; an index says so, and the compiler makes vectors of it"
+)]
+
 mod grid;
 mod light;
 mod options;

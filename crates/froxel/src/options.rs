@@ -28,10 +28,10 @@ pub struct Options {
     /// pixel: a grid that is finer than the picture is taken at the picture's size.
     pub grid: [u32; 3],
     /// Jittered samples a froxel, averaged, 1 to [`MOST_FRAMES`]: what an engine accumulates over so many frames of a view
-    /// that stands still. One is the froxel's centre.
+    /// that stands still. One is the froxel's centre. Where there is a column a pixel, samples stay on the pixels' rays.
     pub frames: u32,
     /// Distance at which slices turn from equal lengths (nearer) to lengths that grow with the distance (farther)
-    /// \[world units\], > 0; `None` is `far/16` ([`NEAR_SHARE`]).
+    /// \[world units\], > 0; `None` is `far/16` ([`NEAR_SHARE`]), around a lamp at most the eye's distance to it.
     pub near: Option<f64>,
     /// Where the last slice ends \[world units\], > 0; rays that go on keep its share of the light. `None` is where the longest
     /// ray ends, or where nothing that is scattered can be seen any more if that is nearer.
@@ -59,20 +59,21 @@ impl Default for Options {
 }
 
 impl Options {
-    /// What a level chooses for a frame: columns a pixel and slices of which the workshop's shots use the level's error.
+    /// What a level chooses for a frame: a column a pixel, and as many slices as the marcher's preset has steps.
     ///
-    /// A grid that is coarser than the picture blurs shadows over columns, and no number of slices mends it; so the levels
-    /// ask for grids that no engine can afford. Where nothing casts a shadow, the grid is not looked at.
+    /// Columns that are coarser than pixels blur shadows, and no number of slices mends it; so levels ask for grids that no
+    /// engine can afford, and a level is missed where even these are too coarse (README, Measured). Where nothing casts a
+    /// shadow, the grid is not looked at.
     pub fn for_quality(level: Quality, facts: &SceneFacts) -> Self {
         if !facts.casts_shadow && !facts.textured {
             return Self::default();
         }
-        let (pixels_a_column, slices) = match level {
-            Quality::Preview => (2, 128),
-            Quality::Game => (1, 512),
-            Quality::Film => (1, 2048),
+        let slices = match level {
+            Quality::Preview => 256,
+            Quality::Game => 1024,
+            Quality::Film => 4096,
         };
-        let [columns, rows] = facts.size.map(|side| side.div_ceil(pixels_a_column).clamp(1, MOST_SIDE));
+        let [columns, rows] = facts.size.map(|side| side.clamp(1, MOST_SIDE));
         Self { grid: bounded([columns, rows, slices]), ..Self::default() }
     }
 

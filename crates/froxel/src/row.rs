@@ -11,7 +11,7 @@ use crate::grid::jitter::sample_place;
 use crate::grid::slices::Slices;
 use crate::light::glass::Glass;
 use crate::light::lamp::{LampLight, PhaseTerm};
-use crate::light::occlusion::{Clear, CubeMap, Occlusion, OneMap, SeveralMaps};
+use crate::light::occlusion::{Clear, ConeMap, CubeMap, Occlusion, OneMap, SeveralMaps};
 use crate::light::paths::{LANES, Lanes};
 use crate::light::sums::{SliceLight, Sums};
 use crate::light::sun::{FogSun, SunTable, UniformSun, sources};
@@ -98,7 +98,14 @@ impl GridFrame<'_> {
     /// Adds what light reaches the samples of a pass, over the number of passes.
     #[inline(always)]
     fn look<const C: usize>(&self, place: [u32; 2], pass: u32, values: &mut [f32]) {
-        let rays = self.rays(place, sample_place(pass, self.frames));
+        let mut within = sample_place(pass, self.frames);
+        for axis in 0..2 {
+            // No wider than a pixel: samples stay on the pixel's own ray, whose image this is.
+            if self.size[axis] == self.frame.size()[axis] {
+                within[axis] = 0.5;
+            }
+        }
+        let rays = self.rays(place, within);
         let eye = self.frame.camera().eye();
         match self.frame.shadow() {
             _ if !self.casts_shadow => self.look_by::<C>(&Clear, pass, &rays, values),
@@ -107,7 +114,9 @@ impl GridFrame<'_> {
                 self.look_by::<C>(&OneMap::<false>::new(layer, eye, &rays), pass, &rays, values);
             }
             ShadowMap::Perspective(layer) => {
-                self.look_by::<C>(&OneMap::<true>::new(layer, eye, &rays), pass, &rays, values);
+                // A perspective map is a spot's, which a frame checks.
+                let Light::Spot(spot) = self.frame.light() else { return };
+                self.look_by::<C>(&ConeMap::new(layer, spot, eye, &rays), pass, &rays, values);
             }
             ShadowMap::Cube(cube) => {
                 self.look_by::<C>(&CubeMap::new(cube, eye, &rays), pass, &rays, values);

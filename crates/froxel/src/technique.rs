@@ -1,6 +1,7 @@
 //! The technique: rows of the grid are filled and read in turn, so that no grid is ever held as a whole.
 
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use scatter_core::{
     CameraKind, Capabilities, ExtinctionKind, Frame, Level, Light, LightIntegralF32, LightKind, Limits,
@@ -45,6 +46,18 @@ pub const CAPABILITIES: Capabilities = Capabilities {
 
 /// Bytes of rows that are filled before they are read: enough to share among threads, few enough for a cache.
 const ROWS_BYTES: usize = 8 << 20;
+
+const GRID_STAGE: &str = "grid";
+const LOOK_UP_STAGE: &str = "look-up";
+
+/// Where slices turn exponential: a lamp's light lies about as far away as the lamp, however long the rays are.
+fn near_of(frame: &Frame<'_>, far: f64) -> f64 {
+    let lamp = frame.light().position().map_or(f64::INFINITY, |lamp| lamp.distance(frame.camera().eye()));
+    (far / NEAR_SHARE).min(lamp).max(far * SMALLEST_NEAR)
+}
+
+/// Least `near` in units of `far`: slices grow by a factor of 21/count each, and their bounds stay apart in f32.
+const SMALLEST_NEAR: f64 = 1e-9;
 
 /// The grid of froxels (Wronski 2014) with Hillaire's energy-conserving integration (2015).
 ///
@@ -101,7 +114,8 @@ impl Froxel {
         let [width, height] = frame.size();
         let size = [columns.min(width), rows.min(height)];
         let far = far.unwrap_or_else(|| far_of(frame, facts));
-        self.slices.set(slices as usize, near.unwrap_or(far / NEAR_SHARE), far);
+        let near = near.unwrap_or_else(|| near_of(frame, far));
+        self.slices.set(slices as usize, near, far);
         self.samples.clear();
         if frames == 1 {
             self.samples.extend_from_slice(self.slices.middles());
@@ -134,12 +148,13 @@ impl Froxel {
         self.options.lookup == Lookup::Share && facts.grey_extinction && !facts.textured && same
     }
 
-    /// Fills and reads rows in turn; returns how many samples were taken.
+    /// Fills and reads rows in turn; returns how many samples were taken, and adds the time of both stages.
     fn image<const C: usize, const RADIANCE: bool>(
         &self,
         (grid, light): (&GridFrame<'_>, &LightIntegralF32<'_>),
         rows: &mut Vec<f32>,
         out: &mut ScatterImage,
+        stats: &mut RenderStats,
     ) -> u64 {
         let simd = self.simd;
         let resolve = Resolve {
@@ -165,7 +180,9 @@ impl Froxel {
         let samples = AtomicU64::new(0);
         let lines = grid.footings[1];
         let (mut first, mut filled, mut line) = (0, 0, 0);
+        let mut times = [Duration::ZERO; 2];
         while filled < row_count {
+            let (mut clock, mut turn) = (StageClock::start(), RenderStats::default());
             let kept = filled - first;
             let end = row_count.min(first + held);
             parallel::for_each_row(
@@ -177,6 +194,7 @@ impl Froxel {
                     samples.fetch_add(taken, Ordering::Relaxed);
                 },
             );
+            clock.lap(&mut turn, GRID_STAGE);
             filled = end;
             let ready = lines.partition_point(|footing| (footing.second as usize) < filled);
             let done = line;
@@ -194,12 +212,18 @@ impl Froxel {
                     at_level!(simd, resolve.line::<C, RADIANCE>(y as u32, from, inscattered, transmittance));
                 },
             );
+            clock.lap(&mut turn, LOOK_UP_STAGE);
             line = ready;
+            for (time, stage) in times.iter_mut().zip([GRID_STAGE, LOOK_UP_STAGE]) {
+                *time += turn.stages.get(stage).unwrap_or_default();
+            }
             // The next lines read the last row, too.
             rows.copy_within((filled - 1 - first) * length..(filled - first) * length, 0);
             first = filled - 1;
         }
         debug_assert_eq!(line, height, "every line is read");
+        stats.stages.push(GRID_STAGE, times[0]);
+        stats.stages.push(LOOK_UP_STAGE, times[1]);
         samples.into_inner()
     }
 
@@ -274,11 +298,10 @@ impl VolumetricShadow for Froxel {
             let mut rows = std::mem::take(&mut self.rows);
             let pass = (&grid, &light);
             let samples = match (self.options.lookup, self.is_one_channel(frame, &facts)) {
-                (Lookup::Radiance, _) => self.image::<3, true>(pass, &mut rows, out),
-                (Lookup::Share, true) => self.image::<1, false>(pass, &mut rows, out),
-                (Lookup::Share, false) => self.image::<3, false>(pass, &mut rows, out),
+                (Lookup::Radiance, _) => self.image::<3, true>(pass, &mut rows, out, &mut stats),
+                (Lookup::Share, true) => self.image::<1, false>(pass, &mut rows, out, &mut stats),
+                (Lookup::Share, false) => self.image::<3, false>(pass, &mut rows, out, &mut stats),
             };
-            clock.lap(&mut stats, "grid and look-up");
             let froxels = size.map(u64::from).iter().product::<u64>() * self.slices.count() as u64;
             self.rows = rows;
             stats.counts.push("froxels", froxels);

@@ -8,8 +8,8 @@ use scatter_core::{
 use crate::options::{ID, Lookup, MOST_CELLS, MOST_FRAMES, MOST_SIDE, Options};
 use crate::technique::{CAPABILITIES, Froxel};
 
-/// Distances that f32 holds the square of.
-const DISTANCES: [f64; 2] = [1e-18, 1e18];
+/// Distances that scenes have.
+const DISTANCES: [f64; 2] = [1e-6, 1e9];
 
 pub(crate) static TABLE: OptionTable<Options> = OptionTable {
     technique: ID,
@@ -31,7 +31,7 @@ pub(crate) static TABLE: OptionTable<Options> = OptionTable {
         ),
         option_row!(
             "near",
-            "where slices turn from equal lengths to exponential ones; auto is far/16",
+            "where slices turn from equal lengths to exponential ones; auto is far/16, around a lamp at most its distance",
             "world units",
             OptionRange::WordOrReal(&["auto"], DISTANCES),
             |options| options.near.map_or(OptionValue::Word("auto"), OptionValue::from),
@@ -62,7 +62,7 @@ static INFO: TechniqueInfo = TechniqueInfo {
     capabilities: CAPABILITIES,
     rounding: Rounding {
         // A column a pixel of the worlds that this is asked on, and slices of equal length.
-        overrides: &[("grid", "64x64x1024"), ("near", "1e6")],
+        overrides: &[("grid", "64x64x1024"), ("near", "1000000")],
         scaled: 1e-4,
         // 4 of 1024 samples, of an equal share of the longest ray each.
         moved: 1.0 / 256.0,
@@ -86,16 +86,17 @@ pub struct FroxelTechnique;
 /// The one instance of [`FroxelTechnique`].
 pub static TECHNIQUE: FroxelTechnique = FroxelTechnique;
 
-/// The grids of the trade-off, from the coarsest to the finest: those of engines, then a column a pixel of usual pictures.
-const GRIDS: [[u32; 3]; 8] = [
-    [80, 45, 32],
-    [160, 90, 64],
-    [240, 135, 64],
-    [240, 135, 128],
-    [320, 240, 128],
-    [640, 480, 256],
-    [1280, 960, 512],
-    [1280, 960, 2048],
+/// The grids of the trade-off, from the coarsest to the finest, with their passes: those of engines, then a column a pixel of
+/// usual pictures.
+const GRIDS: [([u32; 3], u32); 8] = [
+    ([80, 45, 32], 1),
+    ([160, 90, 64], 1),
+    ([240, 135, 64], 1),
+    ([240, 135, 128], 1),
+    ([320, 180, 128], 8),
+    ([640, 480, 256], 1),
+    ([1280, 960, 1024], 1),
+    ([1280, 960, 2048], 8),
 ];
 
 impl Technique for FroxelTechnique {
@@ -122,7 +123,10 @@ impl Technique for FroxelTechnique {
     }
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
-        GRIDS.into_iter().map(|grid| vec![("grid", OptionValue::Grid(grid).to_string())]).collect()
+        let text = |(grid, frames)| {
+            vec![("grid", OptionValue::Grid(grid).to_string()), ("frames", u32::to_string(&frames))]
+        };
+        GRIDS.into_iter().map(text).collect()
     }
 }
 

@@ -57,9 +57,8 @@ fn full_light_is_the_closed_form_whatever_the_grid() {
     println!("full light: off by {worst:.1e} at the most, {MOST:.0e} are allowed");
 }
 
-/// Radiance between two slices is linear in the slices' number where the light is `(1 − e^{−σt})/σ`. Of slices of equal length a
-/// chord of a slice of optical depth x is off by `x²/8` of the source at the most; slices that grow by g a slice add a
-/// parabola of `g·x/8`, since distances are exponential in the number.
+/// Radiance between two slices is linear in their number u where the light is `L = s·(1 − e^{−σt})`, s the source over σ: a chord
+/// is off by `max |L″(u)|/8`, and with `t′ = g·(near + t)`, g the growth a slice, `L″ = s·e^{−σt}·(σt″ − σ²t′²)`.
 #[test]
 fn radiance_between_two_slices_is_a_chord_of_the_closed_form() {
     let mut frame = OwnedFrame::stock(MapKind::Orthographic, SIZE, 9, Filling::Constant(1e3));
@@ -78,13 +77,17 @@ fn radiance_between_two_slices_is_a_chord_of_the_closed_form() {
         };
         let found = values(&render(&frame, options));
         let growth = (12.0f64 / near).ln_1p() / f64::from(slices);
-        // The longest slice is the last one: dt = growth·(near + t).
-        let depth = sigma * growth * (near + 12.0);
-        let most = (depth * depth + growth * depth) / 8.0 * f64::from(1.0f32 / (4.0 * std::f32::consts::PI));
+        let curvature = |t: f64| {
+            let (first, second) = (growth * (near + t), growth * growth * (near + t));
+            (-sigma * t).exp() * (sigma * second - (sigma * first).powi(2)).abs()
+        };
+        let largest = (0..=1200).map(|n| curvature(0.01 * f64::from(n))).fold(0.0, f64::max);
+        let most = largest / 8.0 / (4.0 * std::f64::consts::PI);
         let worst =
             found.iter().zip(&expected).map(|(found, exact)| (found[0] - exact[0]).abs()).fold(0.0, f64::max);
         println!("near {near}, {slices} slices: off by {worst:.2e}, {most:.2e} are allowed");
-        assert!(worst <= 1.05 * most + 1e-7 && worst > 0.2 * most);
+        // f32 of values up to 0.08: 1e-7. A bound that is nowhere near would prove nothing.
+        assert!(worst <= most + 1e-7 && worst > 0.2 * most);
     }
 }
 
@@ -135,8 +138,8 @@ fn a_shadow_is_off_by_no_more_than_the_slice_in_which_it_begins() {
     }
 }
 
-/// With a column a pixel, samples lie on the pixels' rays, and the error falls with the number of slices; as shadow borders lie
-/// anywhere in their slices, a ray's errors are as those of a march: between √ and linear in the slice.
+/// With a column a pixel, samples lie on the pixels' rays: a border is off by half a slice at the most, so that the error falls in
+/// proportion to the slices' length.
 #[test]
 fn a_column_a_pixel_converges_to_the_exact_walk() {
     for kind in [MapKind::Orthographic, MapKind::Cascades, MapKind::Spot, MapKind::Point, MapKind::Faces] {
@@ -150,11 +153,13 @@ fn a_column_a_pixel_converges_to_the_exact_walk() {
                 let options = Options { grid: [SIZE[0], SIZE[1], slices], ..Options::default() };
                 rel_rmse(&render(&frame, options), &exact)
             };
-            let errors = [32, 128, 512, 2048].map(error);
-            let order = (errors[0] / errors[3]).ln() / 64f64.ln();
+            let errors = [32, 256, 1024].map(error);
+            let order = (errors[0] / errors[2]).ln() / 32f64.ln();
             println!("{kind:?}{}: {errors:?}, order {order:.2}", if fog { " in fog" } else { "" });
-            // Four times as many slices: half the error of one border at least.
-            assert!(order > 0.6 && errors[3] < 5e-3, "{kind:?}: {errors:?}");
+            // First order; 32 times as many slices show it to a tenth on a picture of 851 rays. Around a point light the error is
+            // that of the few rays that pass it closest, whose borders lie in the slice beside it or do not.
+            let least = if kind.is_lamp() { 0.6 } else { 0.9 };
+            assert!(order > least && errors[2] < 2e-2, "{kind:?}: {errors:?}");
         }
     }
 }

@@ -8,7 +8,7 @@ const NEGLIGIBLE_OPTICAL_DEPTH: f64 = 17.0;
 
 /// Distances from a lamp, in units of the eye's, beyond which a ray's light is left to the last slice: all of it together is
 /// this to one of what there is.
-const LAMP_REACH: f64 = 1e4;
+const LAMP_REACH: f64 = 1e3;
 
 /// Rays along each side of the picture that are asked in height fog and around lamps.
 const PROBES: u32 = 5;

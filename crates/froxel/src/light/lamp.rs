@@ -220,8 +220,8 @@ impl<const C: usize, const FOG: bool> SliceLight<C> for LampLight<'_, FOG> {
         for channel in 0..C {
             let mut exponents = [0.0; LANES];
             for lane in 0..LANES {
-                let depth = (self.sigma[channel] * view_depth[lane]).max(0.0).min(1e30);
-                exponents[lane] = exponent[lane] - depth;
+                let depth = self.sigma[channel] * view_depth[lane];
+                exponents[lane] = exponent[lane] - if depth > 0.0 { depth.min(1e30) } else { 0.0 };
             }
             let factor = if FOG {
                 self.relative(channel, &exponents, sums)

@@ -4,7 +4,7 @@
 //! the point decides (MODEL.md, Conventions).
 
 use glam::DVec3;
-use scatter_core::{CubeShadow, MAX_CASCADES, RayLanes, ShadowLayer};
+use scatter_core::{CubeShadow, MAX_CASCADES, RayLanes, ShadowLayer, SpotLight};
 
 use super::paths::{LANES, Lanes, Paths, Texels, Wide, projected};
 
@@ -54,6 +54,23 @@ impl<'a, const PERSPECTIVE: bool> OneMap<'a, PERSPECTIVE> {
     }
 }
 
+impl OneMap<'_, true> {
+    /// As `look`, with points outside of the map taken to its nearest texel; behind the lamp all is dark.
+    #[inline(always)]
+    fn at_border(&self, t: f64) -> Lanes {
+        let point = self.paths.at(t);
+        let (mut u, mut v, seen) = projected(&point);
+        let [last_u, last_v] = self.texels.last();
+        for lane in 0..LANES {
+            // `max` before `min`: what is no number becomes 0.
+            u[lane] = u[lane].max(0.0).min(last_u);
+            v[lane] = v[lane].max(0.0).min(last_v);
+        }
+        let (stored, _) = self.texels.nearest(&u, &v, &seen, -1.0);
+        compared(&point[2].map(|depth| depth.max(0.0)), &stored)
+    }
+}
+
 /// 1 where a depth is not behind the stored one.
 #[inline(always)]
 fn compared(depth: &Wide, stored: &Lanes) -> Lanes {
@@ -68,6 +85,51 @@ impl<const PERSPECTIVE: bool> Occlusion for OneMap<'_, PERSPECTIVE> {
     #[inline(always)]
     fn lit(&self, t: f64) -> Lanes {
         self.look(t).0
+    }
+}
+
+/// The map of a spot's cone. Outside of the cone there is no light to be seen or not; where a column passes there, it says what
+/// the nearest border of the map says, and a pixel between columns whose ray grazes the cone reads that. Inside of the cone
+/// and outside of the map everything is lit (MODEL.md).
+pub struct ConeMap<'a> {
+    map: OneMap<'a, true>,
+    from_lamp: Paths,
+    axis: DVec3,
+    cos_outer: f64,
+}
+
+impl<'a> ConeMap<'a> {
+    /// Along these rays.
+    #[inline(always)]
+    pub fn new(layer: &ShadowLayer<'a>, spot: &SpotLight, eye: DVec3, rays: &RayLanes) -> Self {
+        Self {
+            map: OneMap::new(layer, eye, rays),
+            from_lamp: Paths::from_lamp(spot.lamp().position(), eye, rays),
+            axis: spot.direction(),
+            cos_outer: spot.cos_outer(),
+        }
+    }
+}
+
+impl Occlusion for ConeMap<'_> {
+    #[inline(always)]
+    fn lit(&self, t: f64) -> Lanes {
+        let (mut lit, inside) = self.map.look(t);
+        if inside == ALL {
+            return lit;
+        }
+        let [x, y, z] = self.from_lamp.at(t);
+        let mut outside = [false; LANES];
+        for lane in 0..LANES {
+            let distance = (x[lane] * x[lane] + y[lane] * y[lane] + z[lane] * z[lane]).sqrt();
+            let along = self.axis.x * x[lane] + self.axis.y * y[lane] + self.axis.z * z[lane];
+            outside[lane] = !inside[lane] && along <= self.cos_outer * distance;
+        }
+        let at_border = self.map.at_border(t);
+        for lane in 0..LANES {
+            lit[lane] = if outside[lane] { at_border[lane] } else { lit[lane] };
+        }
+        lit
     }
 }
 

@@ -85,6 +85,12 @@ impl<'a, T: Copy> Texels<'a, T> {
         Self { texels, width: size[0], size: size.map(f64::from) }
     }
 
+    /// The last column and row.
+    #[inline(always)]
+    pub fn last(&self) -> [f64; 2] {
+        self.size.map(|side| side - 1.0)
+    }
+
     /// The nearest texels of points in texels; `outside` where there is none. `seen` leaves points out.
     #[inline(always)]
     pub fn nearest(
