@@ -105,6 +105,13 @@ pub enum OptionRange {
     WordOrWhole(&'static [&'static str], [u64; 2]),
     /// One of the words that the function lists: [`Self::choice`].
     Choice(fn() -> Vec<&'static str>),
+    /// Columns, rows and slices of a grid as `WxHxD`.
+    Grid {
+        /// Most along each axis, at least 1.
+        most: u32,
+        /// Most cells in all.
+        cells: u64,
+    },
 }
 
 /// The value of an option.
@@ -114,6 +121,8 @@ pub enum OptionValue {
     Number(f64),
     /// A word of the option's range.
     Word(&'static str),
+    /// Columns, rows and slices of a grid.
+    Grid([u32; 3]),
 }
 
 /// An enumeration that is an option: each value by its name. An [`Option`] of one has `auto` for `None`.
@@ -280,6 +289,9 @@ impl OptionRange {
                 Self::Real(_) | Self::WordOrReal(..) => text.parse::<f64>().ok()?,
                 Self::Whole(_) | Self::WordOrWhole(..) => text.parse::<u64>().ok()? as f64,
                 Self::Choice(_) => return None,
+                Self::Grid { .. } => {
+                    return parse_grid(text).map(OptionValue::Grid).filter(|value| self.contains(*value));
+                }
             };
             Some(OptionValue::Number(number)).filter(|value| self.contains(*value))
         })
@@ -295,23 +307,29 @@ impl OptionRange {
             (OptionValue::Number(number), &(Self::Whole([from, to]) | Self::WordOrWhole(_, [from, to]))) => {
                 number >= from as f64 && number <= to as f64 && number.fract() == 0.0
             }
-            (OptionValue::Number(_), Self::Choice(_)) => false,
+            (OptionValue::Grid(sides), &Self::Grid { most, cells }) => {
+                let count: u64 = sides.iter().map(|&side| u64::from(side)).product();
+                sides.iter().all(|side| (1..=most).contains(side)) && count <= cells
+            }
+            (OptionValue::Number(_), Self::Choice(_) | Self::Grid { .. }) | (OptionValue::Grid(_), _) => {
+                false
+            }
         }
     }
 
-    /// The smallest and the largest number; `None` where words alone are accepted.
+    /// The smallest and the largest number; `None` where words or grids alone are accepted.
     pub fn numbers(&self) -> Option<[f64; 2]> {
         match *self {
             Self::Real(range) | Self::WordOrReal(_, range) => Some(range),
             Self::Whole(range) | Self::WordOrWhole(_, range) => Some(range.map(|end| end as f64)),
-            Self::Choice(_) => None,
+            Self::Choice(_) | Self::Grid { .. } => None,
         }
     }
 
     /// The words that are accepted.
     pub fn words(&self) -> Vec<&'static str> {
         match self {
-            Self::Real(_) | Self::Whole(_) => Vec::new(),
+            Self::Real(_) | Self::Whole(_) | Self::Grid { .. } => Vec::new(),
             Self::WordOrReal(words, _) | Self::WordOrWhole(words, _) => words.to_vec(),
             Self::Choice(words) => words(),
         }
@@ -332,21 +350,32 @@ impl fmt::Display for OptionRange {
                 write!(f, "an integer from {from} to {to}")
             }
             Self::Choice(words) => f.write_str(&either(&words())),
+            Self::Grid { most, cells } => {
+                write!(f, "a grid WxHxD, integers from 1 to {most}, at most {cells} cells")
+            }
         }
     }
 }
 
 impl OptionValue {
-    /// The number; NaN for a word, which no range without words has.
+    /// The number; NaN for a word or a grid, which no range of numbers alone has.
     pub fn number(self) -> f64 {
         self.as_number().unwrap_or(f64::NAN)
     }
 
-    /// The number, where it is not a word.
+    /// The number, where it is one.
     pub fn as_number(self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(number),
-            Self::Word(_) => None,
+            Self::Word(_) | Self::Grid(_) => None,
+        }
+    }
+
+    /// Columns, rows and slices, where it is a grid.
+    pub fn as_grid(self) -> Option<[u32; 3]> {
+        match self {
+            Self::Grid(sides) => Some(sides),
+            Self::Number(_) | Self::Word(_) => None,
         }
     }
 
@@ -362,8 +391,17 @@ impl fmt::Display for OptionValue {
         match self {
             Self::Number(number) => number.fmt(f),
             Self::Word(word) => f.write_str(word),
+            Self::Grid([columns, rows, slices]) => write!(f, "{columns}x{rows}x{slices}"),
         }
     }
+}
+
+/// `WxHxD`; `None` for anything else.
+fn parse_grid(text: &str) -> Option<[u32; 3]> {
+    let mut sides = text.split('x').map(|side| side.parse::<u32>());
+    let mut next = || sides.next()?.ok();
+    let grid = [next()?, next()?, next()?];
+    sides.next().is_none().then_some(grid)
 }
 
 impl From<f64> for OptionValue {

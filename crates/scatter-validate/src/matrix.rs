@@ -224,6 +224,7 @@ impl Matrix<'_> {
 
     fn verdict(&self, row: &Row) -> Verdict {
         let mut reasons = Vec::new();
+        let mut missed = None;
         for (truth, figures) in [("shadow_map", row.errors.shadow_map), ("raycast", row.errors.raycast)] {
             let Some(figures) = figures else { continue };
             if figures.non_finite > 0 {
@@ -238,15 +239,23 @@ impl Matrix<'_> {
         if let (Some(level), Some(figures)) = (&row.level, &row.errors.shadow_map) {
             let error = self.settings.quality.error();
             if !reaches(figures, error) {
-                reasons.push(format!(
+                let what = format!(
                     "misses {level}: p99 {:.3e} and rel_rmse {:.3e}, both at most {error}",
                     figures.p99, figures.rel_rmse
-                ));
+                );
+                match self.tolerances.known_miss(row) {
+                    Some(reason) => missed = Some(format!("{what}; {reason}")),
+                    None => reasons.push(what),
+                }
             }
         }
         reasons.extend(self.tolerances.violations(row));
         reasons.dedup();
-        if reasons.is_empty() { Verdict::Ok } else { Verdict::Fail(reasons) }
+        match missed {
+            _ if !reasons.is_empty() => Verdict::Fail(reasons),
+            Some(what) => Verdict::Misses(what),
+            None => Verdict::Ok,
+        }
     }
 
     fn unsupported_row(&self, shot: &StagedShot, id: &str, reason: &str) -> Row {

@@ -51,7 +51,7 @@ pub struct Row {
     /// The marcher's time at the same level over this one's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ratio: Option<f64>,
-    /// `ok`, `FAIL: …` or `unsupported: …`; none where nothing was judged.
+    /// `ok`, `FAIL: …`, `misses LEVEL: …` or `unsupported: …`; none where nothing was judged.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
     /// What is to be said instead of a verdict: the level that a foreign image reaches, or that it is identical.
@@ -80,6 +80,9 @@ pub enum Verdict {
     Ok,
     /// Out of tolerance: why, one sentence each.
     Fail(Vec<String>),
+    /// Short of its quality level, which by its nature it is known to miss (`[[miss]]` in the tolerance file): by how much,
+    /// and why.
+    Misses(String),
     /// The technique said beforehand that it cannot do this shot.
     Unsupported(String),
 }
@@ -135,6 +138,7 @@ impl std::fmt::Display for Verdict {
         match self {
             Self::Ok => f.write_str("ok"),
             Self::Fail(reasons) => write!(f, "FAIL: {}", reasons.join("; ")),
+            Self::Misses(what) => f.write_str(what),
             Self::Unsupported(reason) => write!(f, "unsupported: {reason}"),
         }
     }

@@ -17,7 +17,7 @@ pub(crate) fn columns(rows: &[Row]) -> Columns {
     Columns::new(&HEADER, 1, lines, |column| column < 2 || column == COLUMNS - 1)
 }
 
-/// What a FAIL or an `unsupported` means, a line each.
+/// What a FAIL, a miss or an `unsupported` means, a line each.
 pub(crate) fn remarks(rows: &[Row]) -> String {
     let mut text = String::new();
     for row in rows {
@@ -26,6 +26,9 @@ pub(crate) fn remarks(rows: &[Row]) -> String {
                 for reason in reasons {
                     let _ = writeln!(text, "FAIL {} on {}: {reason}", row.method, row.shot);
                 }
+            }
+            Some(Verdict::Misses(what)) => {
+                let _ = writeln!(text, "misses: {} on {}: {what}", row.method, row.shot);
             }
             Some(Verdict::Unsupported(reason)) => {
                 let _ = writeln!(text, "unsupported: {} on {}: {reason}", row.method, row.shot);
@@ -82,6 +85,7 @@ fn word(verdict: Option<&Verdict>) -> &'static str {
         None => "-",
         Some(Verdict::Ok) => "ok",
         Some(Verdict::Fail(_)) => "FAIL",
+        Some(Verdict::Misses(_)) => "misses",
         Some(Verdict::Unsupported(_)) => "unsupported",
     }
 }

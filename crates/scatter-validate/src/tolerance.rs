@@ -1,7 +1,9 @@
 //! The tolerance file: how far each technique may be from the truths, and why (`tolerances.toml`).
 //!
 //! A row names method, shot (`*` stands for any), figure, max and reason. All rows that match a measured row apply.
-//! Beside them two rules need no row: nothing may be non-finite, and a technique must reach its quality level.
+//! Beside them two rules need no row: nothing may be non-finite, and a technique must reach its quality level. A `[[miss]]`
+//! (method, shot, reason) says that a technique is not made to reach levels there: its row is shown as a miss with the reason,
+//! and is no failure.
 
 use serde::Deserialize;
 
@@ -23,10 +25,23 @@ pub struct Tolerance {
     pub reason: String,
 }
 
+/// Where a technique is known to miss quality levels by its nature.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KnownMiss {
+    /// A technique's id.
+    method: String,
+    /// A shot's name, or `*`.
+    shot: String,
+    /// Why no setting mends it.
+    reason: String,
+}
+
 /// All limits.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tolerances {
     rows: Vec<Tolerance>,
+    misses: Vec<KnownMiss>,
 }
 
 /// A tolerance file that does not say what it must.
@@ -71,6 +86,8 @@ impl Tolerances {
         struct File {
             #[serde(default)]
             row: Vec<Tolerance>,
+            #[serde(default)]
+            miss: Vec<KnownMiss>,
         }
         let file: File = toml::from_str(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
@@ -87,7 +104,29 @@ impl Tolerances {
                 });
             }
         }
-        Ok(Self { rows: file.row })
+        for (index, miss) in file.miss.iter().enumerate() {
+            let problem = if miss.method == "*" {
+                "method is *; a miss is one technique's"
+            } else if miss.reason.trim().is_empty() {
+                "the reason is empty; say why no setting mends it"
+            } else {
+                continue;
+            };
+            return Err(ToleranceError::Row {
+                number: index + 1,
+                method: miss.method.clone(),
+                shot: miss.shot.clone(),
+                problem: format!("[[miss]]: {problem}"),
+            });
+        }
+        Ok(Self { rows: file.row, misses: file.miss })
+    }
+
+    /// Why a row may miss its quality level; `None` where it may not.
+    pub fn known_miss(&self, row: &Row) -> Option<&str> {
+        let of_row =
+            |miss: &&KnownMiss| miss.method == row.method && (miss.shot == "*" || miss.shot == row.shot);
+        self.misses.iter().find(of_row).map(|miss| miss.reason.as_str())
     }
 
     /// What is out of tolerance in a measured row, one sentence each; empty if nothing is.
@@ -161,6 +200,23 @@ mod tests {
         assert_eq!(measured("m", 0.02), ["shadow_map.p99 is 2.000e-2, at most 1.000e-2"]);
         assert_eq!(measured("m", f64::NAN).len(), 1);
         assert!(measured("other", 0.02).is_empty());
+    }
+
+    #[test]
+    fn a_miss_is_known_of_one_technique_alone_and_has_a_reason() {
+        let text = "[[miss]]\nmethod = 'm'\nshot = 'nave'\nreason = 'one sample a cell'\n";
+        let limits = Tolerances::parse(text).unwrap();
+        assert_eq!(limits.known_miss(&row("m", "nave")), Some("one sample a cell"));
+        assert_eq!(limits.known_miss(&row("m", "grove")), None);
+        assert_eq!(limits.known_miss(&row("other", "nave")), None);
+        let message = |text: &str| Tolerances::parse(text).unwrap_err().to_string();
+        assert!(message(&text.replace("'m'", "'*'")).contains("one technique's"));
+        assert!(message(&text.replace("one sample a cell", " ")).contains("the reason is empty"));
+        // Other figures are judged all the same.
+        let limits = Tolerances::parse(&format!("{ONE}{text}")).unwrap();
+        let mut measured = row("m", "nave");
+        measured.errors.shadow_map = Some(figures(0.0, 0.5));
+        assert_eq!(limits.violations(&measured).len(), 1);
     }
 
     #[test]

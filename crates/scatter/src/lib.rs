@@ -67,6 +67,8 @@ pub use avsm;
 pub use epipolar;
 #[cfg(feature = "filtered-prefix")]
 pub use filtered_prefix;
+#[cfg(feature = "froxel")]
+pub use froxel;
 #[cfg(feature = "light-volume")]
 pub use light_volume;
 #[cfg(feature = "minmax-mipmap")]
@@ -88,6 +90,8 @@ pub static TECHNIQUES: &[&dyn Technique] = &[
     &avsm::TECHNIQUE,
     #[cfg(feature = "light-volume")]
     &light_volume::TECHNIQUE,
+    #[cfg(feature = "froxel")]
+    &froxel::TECHNIQUE,
 ];
 
 /// The technique with that id.

@@ -17,7 +17,7 @@ const SIZE: [u32; 2] = [24, 16];
 /// Texels a side of all maps.
 const SIDE: u32 = 12;
 /// What techniques promise, of a pixel's unoccluded light; the marcher is given steps instead, 4,096, of which each
-/// change of visibility costs one: of a ray's at most 2·12·2 changes that is 1.2 %.
+/// change of visibility costs one: of a ray's at most 2·12·2 changes that is 1.2 %. So are froxels, as slices of a column a pixel.
 const PROMISE: f64 = 0.02;
 /// Epipolar slices may miss what is thinner than half a pixel (`Options::for_error`): of 384 pixels of a picture this
 /// small, with texels a tenth of it wide, one in fifty.
@@ -154,8 +154,9 @@ fn complaints(frame: &Frame<'_>) -> Vec<String> {
     let mut found = Vec::new();
     for technique in TECHNIQUES {
         let id = technique.info().id;
-        let steps = [("steps", "4096")];
-        let overrides: &[_] = if technique.info().option("steps").is_ok() { &steps } else { &[] };
+        let samples = [("steps", "4096"), ("grid", "24x16x4096")];
+        let own = samples.iter().position(|(key, _)| technique.info().option(key).is_ok());
+        let overrides = own.map_or(&samples[..0], |index| &samples[index..=index]);
         let mut instance = match technique.configure(Target::Error(PROMISE), overrides, &facts) {
             Ok(instance) => instance,
             Err(error) => return vec![format!("{id}: {error}")],

@@ -88,3 +88,17 @@ fn options_that_were_filled_in_by_hand_are_checked_too() {
     assert!(error.contains("count is '8'"), "{error}");
     assert!(TABLE.check(&Options { share: f32::NAN, ..Options::default() }).is_err());
 }
+
+#[test]
+fn grids_are_three_integers_within_their_limits() {
+    let range = OptionRange::Grid { most: 100, cells: 6000 };
+    let grid = range.parse(" 10x20x30 ").unwrap();
+    assert_eq!((grid, grid.to_string().as_str()), (OptionValue::Grid([10, 20, 30]), "10x20x30"));
+    assert_eq!((grid.as_grid(), grid.as_number()), (Some([10, 20, 30]), None));
+    for refused in ["10x20x31", "0x1x1", "101x1x1", "10x20", "1x1x1x1", "1.0x1x1", "-1x1x1", "x", "", "7"] {
+        assert_eq!(range.parse(refused), None, "{refused}");
+    }
+    assert!(!range.contains(OptionValue::Number(7.0)) && !OptionRange::Real([0.0, 1e9]).contains(grid));
+    assert_eq!((range.numbers(), range.words().len()), (None, 0));
+    assert_eq!(range.to_string(), "a grid WxHxD, integers from 1 to 100, at most 6000 cells");
+}
