@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use avsm::{
     Avsm, AvsmCurve, DeepCurve, DepthRange, FourierCurve, LinearAvsm, MomentCurve, OpacityCurve, Options,
-    TranslucentSegment, TransmittanceCurve, UncompressedCurve,
+    Removal, TranslucentSegment, TransmittanceCurve, UncompressedCurve,
 };
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use scatter_core::{
@@ -29,6 +29,28 @@ fn texel(seed: u32) -> Vec<TranslucentSegment> {
             }
         })
         .collect()
+}
+
+/// Eight nodes, removed in pairs.
+#[derive(Default)]
+struct LookAhead(AvsmCurve<8>);
+
+impl TransmittanceCurve for LookAhead {
+    fn insert(&mut self, segment: &TranslucentSegment) {
+        self.0.insert_by(segment, Removal::LookAhead);
+    }
+
+    fn optical_depth(&self, depth: f64) -> f64 {
+        self.0.optical_depth(depth)
+    }
+
+    fn first_depth(&self) -> f32 {
+        self.0.first_depth()
+    }
+
+    fn visit(&self, depths: [f64; 2], each: impl FnMut(f64, f64)) {
+        self.0.visit(depths, each);
+    }
 }
 
 fn built<C: TransmittanceCurve>(mut curve: C, segments: &[TranslucentSegment]) -> C {
@@ -61,6 +83,7 @@ fn curves(c: &mut Criterion) {
     kind(c, "avsm-8", 0.1, AvsmCurve::<8>::default);
     kind(c, "avsm-12", 0.05, AvsmCurve::<12>::default);
     kind(c, "avsm-16", 0.05, AvsmCurve::<16>::default);
+    kind(c, "avsm-8-look-ahead", 0.15, LookAhead::default);
     kind(c, "avsm-8-linear", 0.1, LinearAvsm::<8>::default);
     kind(c, "opacity-32", 0.1, || OpacityCurve::<32>::new(range));
     kind(c, "fourier-16", 0.1, || FourierCurve::<16>::new(range));

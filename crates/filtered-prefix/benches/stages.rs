@@ -3,9 +3,11 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use filtered_prefix::filtered_map::Fetch;
 use filtered_prefix::fourier::harmonics;
 use filtered_prefix::moments::{MOST_POWERS, mass_below};
-use filtered_prefix::{Basis, Filter, FilteredPrefix, Options};
+use filtered_prefix::projective::OwnMapSettings;
+use filtered_prefix::{Basis, Filter, FilteredPrefix, Options, Rectification};
 use scatter_core::fearless_simd::f64x8;
 use scatter_core::fearless_simd::prelude::*;
 use scatter_core::{ScatterImage, VolumetricShadow, at_level, simd_level};
@@ -73,10 +75,26 @@ fn frames(c: &mut Criterion) {
         ("4 moments", Options { certified: false, coefficients: 4, ..even }),
         ("fourier 32", Options { certified: false, basis: Basis::Fourier, coefficients: 32, ..even }),
     ];
+    // Sources are not timed: the given map is resampled.
+    let own = |fetch, coefficients, basis| Options {
+        certified: false,
+        rectification: Some(Rectification::Projective),
+        own_map: OwnMapSettings { columns: 512, rows: 512, splits: 8 },
+        fetch,
+        coefficients,
+        basis,
+        ..even
+    };
+    let ways = ways.into_iter().chain([
+        ("projective rows", Options { certified: true, ..own(Fetch::Exact, 6, Basis::Moments) }),
+        ("one fetch, 6 moments", own(Fetch::Bilinear, 6, Basis::Moments)),
+        ("one fetch, fourier 32", own(Fetch::Bilinear, 32, Basis::Fourier)),
+    ]);
+    let ways: Vec<_> = ways.collect();
     for lighting in [Lighting::Sun, Lighting::Point] {
         let scene = meadow(lighting, [320, 240], 512);
         scene.with(|frame| {
-            for (name, options) in ways {
+            for &(name, options) in &ways {
                 let mut technique = FilteredPrefix::new(options);
                 let mut image = ScatterImage::new();
                 technique.render(frame, &mut image).expect("a frame that is supported");

@@ -11,6 +11,9 @@
 //!                                  ──▶ where the certificate does not suffice: lit stretches, in closed form (exact)
 //! ```
 //!
+//! Rows may be those of a map of the technique's own ([`projective`]), and that map may be filtered as a whole, with one fetch a pixel, as
+//! in the paper ([`filtered_map`]).
+//!
 //! The slices, their spacing and the way back to pixels are [`epipolar::driver`]'s.
 
 #[cfg(test)]

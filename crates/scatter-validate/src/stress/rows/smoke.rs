@@ -51,6 +51,9 @@ fn hair(i: u32, j: u32, index: u32) -> TranslucentSegment {
     TranslucentSegment::hair(number(i, j, 2 * index), 0.4 * number(i, j, 2 * index + 1))
 }
 
+/// A row's name, an input, the model's answer to it, and what its message must name.
+type Refusal = (&'static str, fn() -> Result<(), ModelError>, &'static str);
+
 /// Rows of smoke and hair.
 pub fn rows() -> Vec<StressRow> {
     let mut rows = Vec::new();
@@ -149,7 +152,7 @@ pub fn rows() -> Vec<StressRow> {
             }),
         );
     }
-    let refusals: [(&str, fn() -> Result<(), ModelError>, &str); 5] = [
+    let refusals: [Refusal; 5] = [
         ("a segment that ends before it begins", || given(0.6, 0.5, 1.0), "texel (1, 0)"),
         ("a segment before depth 0", || given(-0.1, 0.5, 1.0), "texel (1, 0)"),
         ("a segment without an end", || given(0.1, f32::INFINITY, 1.0), "texel (1, 0)"),
