@@ -15,7 +15,8 @@ pub struct Options {
     /// Whether the mesh is coarser where the map allows it.
     pub tessellation: Tessellation,
     /// What an adaptive mesh may be off by along the light, 0 to 0.1: under a sun as a share of the longest view ray, around
-    /// a lamp as a share of the depth itself. Squares whose depths spread further are subdivided; 0 is exact.
+    /// a lamp as a share of the depth itself. Squares whose depths spread further (of the interpolated surface: are further off
+    /// two triangles) are subdivided; 0 is exact.
     pub threshold: f32,
 }
 
@@ -25,8 +26,8 @@ pub enum Surface {
     /// Every texel at its own depth, with walls between: what the map says by nearest texel.
     #[default]
     Stepped,
-    /// Triangles between the texels' centres (Billeter et al. 2010, Section 4): the base grid, whatever the tessellation. Judged by
-    /// `truth-height-field`; it is not the surface by nearest texel.
+    /// Triangles between the texels' centres (Billeter et al. 2010, Section 4). Judged by `truth-height-field`; it is not the surface
+    /// by nearest texel.
     Interpolated,
 }
 
@@ -47,7 +48,8 @@ pub enum Accumulate {
 /// How fine the mesh is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Tessellation {
-    /// Squares, rectangles and runs of one depth are one face; depths within the threshold count as one.
+    /// Squares, rectangles and runs of one depth are one face; depths within the threshold count as one. Of the interpolated
+    /// surface squares of cells that lie in one plane are one quad, stitched to its neighbours.
     #[default]
     Adaptive,
     /// The base grid: a cap a texel, a wall a step.

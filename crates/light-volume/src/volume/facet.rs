@@ -114,13 +114,13 @@ impl PackedFacet {
     /// A quad.
     pub fn quad([i, j]: [u32; 2], level: usize, finer: u8, walls: [[bool; 2]; 2]) -> Self {
         let walls = walls.iter().flatten().enumerate().map(|(n, wall)| u32::from(*wall) << (14 + n));
-        let place = i % PATCH | j % PATCH << 3;
+        let place = (i % PATCH) | ((j % PATCH) << 3);
         Self(place | (level as u32) << 6 | u32::from(finer) << 10 | walls.sum::<u32>())
     }
 
     /// A quarter of a cell: 0 to 3 row by row.
     pub fn quarter([i, j]: [u32; 2], quarter: u32) -> Self {
-        Self(i % PATCH | j % PATCH << 3 | 0xF << 14 | (quarter + 1) << 18)
+        Self((i % PATCH) | ((j % PATCH) << 3) | 0xF << 14 | (quarter + 1) << 18)
     }
 
     /// The first cell of one that belongs to a patch.

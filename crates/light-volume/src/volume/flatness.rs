@@ -124,9 +124,9 @@ fn is_regular(layer: &ShadowLayer<'_>, [column, row]: [u32; 2]) -> bool {
     let span = |n: u32, size: u32| (2 * n - 2, (2 * n + 2).min(size - 1));
     let ((left, right), (top, bottom)) = (span(column, width), span(row, height));
     (top..=bottom).all(|j| {
-        let is_inner = j > 2 * row - 2 && j < 2 * row + 2;
+        let is_beside = j == 2 * row - 2 || j == 2 * row + 2;
         (left..=right).all(|i| {
-            let is_corner = !is_inner && !(i > 2 * column - 2 && i < 2 * column + 2);
+            let is_corner = is_beside && (i == 2 * column - 2 || i == 2 * column + 2);
             is_corner || layer.at(i, j) < f32::INFINITY
         })
     })

@@ -60,7 +60,9 @@ impl HeightField {
         let flatness = &self.flatness;
         parallel::for_each_row(&mut self.rows[..row_count as usize], 1, |row, of_row| {
             let PatchRow { patches, facets, bounds } = &mut of_row[0];
-            (patches.clear(), facets.clear(), bounds.clear());
+            patches.clear();
+            facets.clear();
+            bounds.clear();
             for column in 0..columns {
                 let start = facets.len();
                 let found = write_patch(layer, flatness, [column, row as u32], facets);

@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     fn has(sides: usize, place: u8) -> bool {
-        place % 2 == 0 || sides >> (place / 2) & 1 != 0
+        place.is_multiple_of(2) || sides >> (place / 2) & 1 != 0
     }
 
     /// Twice the area, positive where the corners go clockwise on a screen.

@@ -97,7 +97,7 @@ impl Mesh<'_> {
             [(facet.columns, i), (facet.rows, j)].map(|([a, b], n)| a < n as f32 && (n as f32) < b),
             [top && j > 0, right && i < width, bottom && j < height, left && i > 0],
         );
-        let halved = |side: usize| inner[side] && if side % 2 == 0 { is_wide } else { is_high };
+        let halved = |side: usize| inner[side] && [is_wide, is_high][side % 2];
         let sides = (0..4).map(|side| u8::from(halved(side)) << side).sum::<u8>() | facet.finer;
         let corner_depth = |place: usize| {
             let [x, y] = PLACES[place].map(|n| i64::from(n) * cells / 2);
