@@ -54,16 +54,16 @@ impl Judged {
         Self { texels, depths, exact }
     }
 
-    /// RMS and largest error \[%\], and nodes or values that a texel takes.
+    /// RMS and largest error \[%\] of the curves that `make` gives, of each texel's segments as `arranged`.
     fn error<C: TransmittanceCurve>(
         &self,
         make: impl Fn() -> C,
-        arranged: impl Fn(&mut Vec<TranslucentSegment>),
+        arranged: impl Fn(&mut [TranslucentSegment]),
     ) -> [f64; 2] {
         let (mut square, mut largest) = (0.0, 0.0f64);
         for (list, exact) in self.texels.lists.iter().zip(self.exact.chunks_exact(self.depths.len())) {
             let mut list = list.clone();
-            arranged(&mut list);
+            arranged(list.as_mut_slice());
             let curve = built(make(), &list);
             for (&depth, &exact) in self.depths.iter().zip(exact) {
                 let error = (curve.transmittance(depth) - f64::from(exact)).abs();
@@ -105,7 +105,7 @@ impl Visit for Row<'_> {
 fn order(judged: &Judged) {
     fn line<const N: usize>(judged: &Judged) {
         let cell = |[rms, largest]: [f64; 2]| format!("{rms:.2} / {largest:.1}");
-        let by = |removal: Removal, arranged: fn(&mut Vec<TranslucentSegment>)| {
+        let by = |removal: Removal, arranged: fn(&mut [TranslucentSegment])| {
             let make = By::<N>::rule(removal);
             cell(judged.error(|| make(DepthRange::EMPTY), arranged))
         };
@@ -127,12 +127,12 @@ fn order(judged: &Judged) {
     line::<16>(judged);
 }
 
-fn sorted(list: &mut Vec<TranslucentSegment>) {
+fn sorted(list: &mut [TranslucentSegment]) {
     list.sort_by(|a, b| a.entry.total_cmp(&b.entry));
 }
 
 /// The same shuffle on every machine: Fisher and Yates, by a congruential generator.
-fn shuffled(list: &mut Vec<TranslucentSegment>) {
+fn shuffled(list: &mut [TranslucentSegment]) {
     let mut state = 0x2545_f491u32;
     for last in (1..list.len()).rev() {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
