@@ -8,7 +8,7 @@ use scatter_core::{
 use crate::filtered_map::{Fetch, FilteredMap};
 use crate::integrator::PrefixIntegrator;
 use crate::options::{ID, Options, Rectification};
-use crate::projective::NotRectified;
+use crate::projective::{Extent, NotRectified};
 
 /// What the technique renders: all that slices can be offered.
 pub const CAPABILITIES: Capabilities = epipolar::CAPABILITIES;
@@ -68,6 +68,8 @@ impl FilteredPrefix {
         let Options { rectification, own_map: settings, fetch, .. } = self.options;
         let own_map = self.driver.integrator.own_map();
         own_map.clear();
+        // A fetched mean is one of the whole view ray.
+        let extent = if fetch == Fetch::Exact { Extent::Maps } else { Extent::ViewRays };
         let source = frame.map_source().filter(|_| rectification != Some(Rectification::Resampled));
         Ok(match rectification {
             Some(Rectification::Resampled) if fetch == Fetch::Exact => None,
@@ -75,7 +77,7 @@ impl FilteredPrefix {
             None if source.is_none() && fetch == Fetch::Exact => {
                 Some("rows-of-the-given-map: there is no source of maps")
             }
-            _ => Some(match own_map.fill((frame, source), settings, rectification.is_none())? {
+            _ => Some(match own_map.fill((frame, source), settings, rectification.is_none(), extent)? {
                 Ok(()) if source.is_some() => "rows-of-a-projective-map",
                 Ok(()) if rectification == Some(Rectification::Resampled) => {
                     "rows-of-a-projective-map: resampled from the given one"

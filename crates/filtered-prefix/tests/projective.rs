@@ -385,3 +385,32 @@ fn reference_rays_mend_what_average_visibility_misses_in_thick_media() {
     assert!(curve.windows(2).all(|pair| pair[1][0] > 0.9 * pair[0][0]));
     assert!(curve[4..].iter().all(|[average, reference]| average > &(2.0 * reference)), "{curve:?}");
 }
+
+/// A given map that holds a part of what the view rays cross: behind it all is lit, and a fetched mean says so.
+#[test]
+fn what_lies_behind_the_given_map_is_lit_however_rows_are_asked() {
+    with_frame(&sun(), [0.0, 1.4, 0.0], 16, |boards, frame| {
+        let Light::Directional(sun) = frame.light() else { unreachable!("a sun") };
+        let forward = sun.direction();
+        let origin = DVec3::new(0.0, 2.0, 3.5) - forward * 30.0;
+        let up = [0.0, 0.0, -1.0];
+        // Of the twelve units of a view ray it ends after some four.
+        let half = [14.0, 3.0];
+        let projection =
+            MapProjection::orthographic(origin.to_array(), forward.to_array(), up, half, [512; 2]).unwrap();
+        let texels = boards.map(projection);
+        let shadow = ShadowMap::Orthographic(ShadowLayer::new(projection, &texels).unwrap());
+        let frame =
+            Frame::new(frame.camera(), frame.depth(), frame.light(), &shadow, frame.medium(), 50.0).unwrap();
+        let given = options(Some(Rectification::Resampled), 512);
+        let (rows, _) = render(&frame, given);
+        let truth: Vec<f64> = rows.inscattered().iter().map(|rgb| f64::from(rgb[0])).collect();
+        let (own, _) = render(&frame, options(Some(Rectification::Projective), 512));
+        let fetched = Options { basis: Basis::Fourier, coefficients: 128, certified: false, ..given };
+        let (fetched, _) = render(&frame, Options { fetch: Fetch::Bilinear, ..fetched });
+        let [own, fetched] = [own, fetched].map(|image| rel_rmse(&image, &truth));
+        println!("own map {own:.4}, fetched {fetched:.4}");
+        // Texels of both, as where the map holds all; and the ringing of 128 coefficients.
+        assert!(own < 0.02 && fetched < own + ringing(128) + 0.01, "{own} {fetched}");
+    });
+}

@@ -6,7 +6,8 @@
 //! pixel ──▶ column, row, depth of its ray's end ──▶ fetch ──▶ share ──▶ unoccluded closed form × share
 //! ```
 //!
-//! Its cost follows from the picture and the map alone, and so does its memory; it promises nothing. What the crate does by itself
+//! Its cost follows from the picture and the map alone, and so does its memory; it promises nothing, and one range of depths for all
+//! rows makes it far off where the epipole is near (README, "One fetch a pixel"). What the crate does by itself
 //! (rows of exact runs, certificates) has none of this map.
 
 mod answer;

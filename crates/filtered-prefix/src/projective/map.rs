@@ -5,7 +5,7 @@ use epipolar::geometry::diamond_angle;
 use epipolar::rows::Row;
 use scatter_core::{Frame, MapError, MapSource, RenderError, ShadowMap, at_level, parallel};
 
-use super::rectification::{NotRectified, Reach, Rectification};
+use super::rectification::{Extent, NotRectified, Reach, Rectification};
 
 /// Texels that become lit columns side by side.
 const LANES: usize = 64;
@@ -45,9 +45,10 @@ impl OwnMap {
         (frame, source): (&Frame<'_>, Option<&dyn MapSource>),
         settings: OwnMapSettings,
         by_itself: bool,
+        extent: Extent,
     ) -> Result<Result<(), NotRectified>, RenderError> {
         self.clear();
-        let rectification = match Rectification::new(frame, by_itself, &mut self.reach) {
+        let rectification = match Rectification::new(frame, by_itself, extent, &mut self.reach) {
             Ok(rectification) => rectification,
             Err(reason) => return Ok(Err(reason)),
         };

@@ -11,4 +11,4 @@ mod map;
 mod rectification;
 
 pub use map::{OwnMap, OwnMapSettings};
-pub use rectification::{NotRectified, Reach, Rectification};
+pub use rectification::{Extent, NotRectified, Reach, Rectification};

@@ -46,6 +46,15 @@ pub enum NotRectified {
     Endless,
 }
 
+/// How far a map goes along view rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// To where the frame's own maps end, if view rays go farther: what is behind is lit.
+    Maps,
+    /// To where view rays end.
+    ViewRays,
+}
+
 /// Where view rays end across the light, found from the depth map; a buffer.
 #[derive(Debug, Default)]
 pub struct Reach {
@@ -77,7 +86,12 @@ impl Rectification {
     /// Of a frame under a sun or a lamp. O(pixels), one pass over the depth map.
     ///
     /// `by_itself` is whether nobody has asked for it: then it is refused earlier.
-    pub fn new(frame: &Frame<'_>, by_itself: bool, reach: &mut Reach) -> Result<Self, NotRectified> {
+    pub fn new(
+        frame: &Frame<'_>,
+        by_itself: bool,
+        extent: Extent,
+        reach: &mut Reach,
+    ) -> Result<Self, NotRectified> {
         let camera = frame.camera();
         let eye = camera.eye();
         let (to_light, lamp) = match frame.light() {
@@ -108,7 +122,10 @@ impl Rectification {
             depths: [depths[0] - margin, depths[1] + margin],
             columns: [0.0, farthest],
         };
-        let farthest = whole.end_of_maps(frame, farthest);
+        let farthest = match extent {
+            Extent::Maps => whole.end_of_maps(frame, farthest),
+            Extent::ViewRays => farthest,
+        };
         if !farthest.is_finite() || (lamp.is_none() && farthest <= 0.0) {
             return Err(NotRectified::Endless);
         }
@@ -334,7 +351,7 @@ mod tests {
                 continue;
             };
             frame.camera = camera;
-            frame.with(|frame| match Rectification::new(frame, false, &mut Reach::default()) {
+            frame.with(|frame| match Rectification::new(frame, false, Extent::Maps, &mut Reach::default()) {
                 Ok(rectification) => {
                     counts[0] += 1;
                     visit(frame, rectification);
