@@ -16,7 +16,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 const SIZES: [[u32; 2]; 2] = [[67, 45], [481, 35]];
 
 /// Every technique's options that need buffers of their own, by its id.
-const OPTIONS: [(&str, &[(&str, &str)]); 22] = [
+const OPTIONS: [(&str, &[(&str, &str)]); 26] = [
     ("raymarch", &[("steps", "33"), ("jitter", "1")]),
     ("epipolar", &[("cells", "box"), ("rank", "8")]),
     ("epipolar", &[("integrator", "tree"), ("around", "ring")]),

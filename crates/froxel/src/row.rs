@@ -63,7 +63,8 @@ impl GridFrame<'_> {
                 self.look::<C>([first, row], pass, values);
             }
             self.accumulate::<C, RADIANCE>([first, row], values);
-            samples += (slices * LANES) as u64 * u64::from(self.frames);
+            let columns = (self.size[0] - first).min(LANES as u32);
+            samples += slices as u64 * u64::from(columns) * u64::from(self.frames);
         }
         samples
     }

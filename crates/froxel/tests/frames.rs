@@ -90,12 +90,14 @@ fn coloured_glass_in_coloured_media_is_what_the_exact_walk_says() {
                 OwnedFrame::stock(kind, size, 24, Filling::Random { seed: 8, far: 9.0 }).with_glass();
             frame.medium = coloured_medium();
             if fog {
-                in_fog(&mut frame, 3);
+                let falloff = HeightFalloff::new([0.1, 1.0, 0.0], 0.0, 3.0).unwrap();
+                frame.medium = frame.medium.clone().with_height_falloff(falloff);
             }
             let exact = frame.render(&mut ShadowMapWalk::new());
-            let found = render(&frame, Options { grid: [17, 13, 2048], ..Options::default() });
+            let found = render(&frame, Options { grid: [17, 13, 2048], frames: 4, ..Options::default() });
             let error = rel_rmse(&found, &exact);
-            let radiance = Options { grid: [17, 13, 2048], lookup: Lookup::Radiance, ..Options::default() };
+            let radiance =
+                Options { grid: [17, 13, 2048], frames: 4, lookup: Lookup::Radiance, ..Options::default() };
             let engines = rel_rmse(&render(&frame, radiance), &exact);
             println!("{kind:?}, fog {fog}: {error:.1e}, radiance {engines:.1e}");
             assert!(error < 5e-3 && engines < 1e-2, "{kind:?}, fog {fog}: {error} {engines}");

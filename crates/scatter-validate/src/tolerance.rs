@@ -3,7 +3,7 @@
 //! A row names method, shot (`*` stands for any), figure, max and reason. All rows that match a measured row apply.
 //! Beside them two rules need no row: nothing may be non-finite, and a technique must reach its quality level. A `[[miss]]`
 //! (method, shot, reason) says that a technique is not made to reach levels there: its row is shown as a miss with the reason,
-//! and is no failure.
+//! and is no failure. A `[[stress]]` (method, group, max, reason) is a limit of its own in a group of the stress matrix.
 
 use serde::Deserialize;
 
@@ -37,11 +37,26 @@ struct KnownMiss {
     reason: String,
 }
 
+/// A limit of its own in the stress matrix.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StressLimit {
+    /// A technique's id.
+    method: String,
+    /// A heading of the matrix.
+    group: String,
+    /// Largest p99 and RMS, as shares of the unoccluded values, where something casts a shadow.
+    max: f64,
+    /// Where the limit comes from.
+    reason: String,
+}
+
 /// All limits.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tolerances {
     rows: Vec<Tolerance>,
     misses: Vec<KnownMiss>,
+    stress: Vec<StressLimit>,
 }
 
 /// A tolerance file that does not say what it must.
@@ -88,6 +103,8 @@ impl Tolerances {
             row: Vec<Tolerance>,
             #[serde(default)]
             miss: Vec<KnownMiss>,
+            #[serde(default)]
+            stress: Vec<StressLimit>,
         }
         let file: File = toml::from_str(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
@@ -119,7 +136,18 @@ impl Tolerances {
                 problem: format!("[[miss]]: {problem}"),
             });
         }
-        Ok(Self { rows: file.row, misses: file.miss })
+        for (index, limit) in file.stress.iter().enumerate() {
+            if limit.max > 0.0 && limit.max < 1.0 && !limit.reason.trim().is_empty() {
+                continue;
+            }
+            return Err(ToleranceError::Row {
+                number: index + 1,
+                method: limit.method.clone(),
+                shot: limit.group.clone(),
+                problem: "[[stress]]: give a max in (0, 1) and a reason".into(),
+            });
+        }
+        Ok(Self { rows: file.row, misses: file.miss, stress: file.stress })
     }
 
     /// Why a row may miss its quality level; `None` where it may not.
@@ -127,6 +155,12 @@ impl Tolerances {
         let of_row =
             |miss: &&KnownMiss| miss.method == row.method && (miss.shot == "*" || miss.shot == row.shot);
         self.misses.iter().find(of_row).map(|miss| miss.reason.as_str())
+    }
+
+    /// The limit of a technique's own in a group of the stress matrix; `None` where the film level holds.
+    pub fn stress_limit(&self, method: &str, group: &str) -> Option<f64> {
+        let limit = self.stress.iter().find(|limit| limit.method == method && limit.group == group);
+        limit.map(|limit| limit.max)
     }
 
     /// What is out of tolerance in a measured row, one sentence each; empty if nothing is.
@@ -217,6 +251,19 @@ mod tests {
         let mut measured = row("m", "nave");
         measured.errors.shadow_map = Some(figures(0.0, 0.5));
         assert_eq!(limits.violations(&measured).len(), 1);
+    }
+
+    #[test]
+    fn a_stress_limit_is_one_groups_alone() {
+        let text =
+            "[[stress]]\nmethod = 'm'\ngroup = 'the epipole'\nmax = 0.13\nreason = 'one of eight samples'\n";
+        let limits = Tolerances::parse(text).unwrap();
+        assert_eq!(limits.stress_limit("m", "the epipole"), Some(0.13));
+        assert_eq!(limits.stress_limit("m", "laws"), None);
+        assert_eq!(limits.stress_limit("other", "the epipole"), None);
+        let message = |text: &str| Tolerances::parse(text).unwrap_err().to_string();
+        assert!(message(&text.replace("0.13", "1.5")).contains("max in (0, 1)"));
+        assert!(message(&text.replace("one of eight samples", "")).contains("a reason"));
     }
 
     #[test]

@@ -24,6 +24,7 @@ use crate::checks::refusal::agreement;
 use crate::contender::Contender;
 use crate::scenario::Scenario;
 use crate::texel_cells::Expected;
+use crate::tolerance::Tolerances;
 use cell::Cell;
 use judge::{Limit, errors, from_errors, judged};
 use row::{Expectation, ImageTrial, Law, Relation, StressRow, Trial};
@@ -70,7 +71,8 @@ pub fn run(row: StressRow, contenders: &[Contender<'_>]) -> StressResult {
         .map(|contender| {
             let start = Instant::now();
             // A technique that panics is a failure of its cell, not of the matrix.
-            let cell = catch_unwind(AssertUnwindSafe(|| cell_of(&trial, expected.as_ref(), contender)));
+            let cell =
+                catch_unwind(AssertUnwindSafe(|| cell_of((group, &trial), expected.as_ref(), contender)));
             let cell = cell.unwrap_or_else(|panic| Cell::fault(format!("panics: {}", message(&*panic))));
             (cell, start.elapsed().as_secs_f64() * 1e3)
         })
@@ -91,9 +93,9 @@ fn expected_of(trial: &ImageTrial) -> Expected {
     expected
 }
 
-fn cell_of(trial: &Trial, expected: Option<&Expected>, contender: &Contender<'_>) -> Cell {
+fn cell_of((group, trial): (&str, &Trial), expected: Option<&Expected>, contender: &Contender<'_>) -> Cell {
     match (trial, expected) {
-        (Trial::Image(trial), Some(expected)) => image_cell(trial, expected, contender),
+        (Trial::Image(trial), Some(expected)) => image_cell((group, trial), expected, contender),
         (Trial::Relation(relation), Some(expected)) => relation_cell(relation, expected, contender),
         (Trial::Refusal { input, names }, _) => match input() {
             Err(error) if error.to_string().contains(names) => Cell::Refused(error.to_string()),
@@ -106,13 +108,17 @@ fn cell_of(trial: &Trial, expected: Option<&Expected>, contender: &Contender<'_>
     }
 }
 
-fn image_cell(trial: &ImageTrial, expected: &Expected, contender: &Contender<'_>) -> Cell {
+fn image_cell((group, trial): (&str, &ImageTrial), expected: &Expected, contender: &Contender<'_>) -> Cell {
     let scenario = &trial.scenario;
     let limit = if contender.is_reference() {
         Limit::Largest(trial.reference_tolerance)
     } else {
         let is_plain = !scenario.casts_shadow() && scenario.glass.is_none() && scenario.smoke.is_none();
-        Limit::of_technique(!is_plain, 1, trial.reference_tolerance)
+        let own = match Tolerances::built_in() {
+            Ok(tolerances) => tolerances.stress_limit(contender.id(), group).filter(|_| !is_plain),
+            Err(error) => return Cell::fault(error.to_string()),
+        };
+        own.map_or_else(|| Limit::of_technique(!is_plain, 1, trial.reference_tolerance), Limit::Film)
     };
     match render(contender, scenario) {
         Ok(image) => judged(&image, scenario.size(), expected, limit, trial.reference_tolerance),
