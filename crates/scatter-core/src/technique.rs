@@ -187,8 +187,8 @@ impl MemoryBound {
                 layers.iter().map(of).sum()
             }
             Some(Translucent::Source(_)) => {
-                let a_layer = Self::TRANSLUCENT_TEXEL * Self::LARGEST_CURVES.pow(2)
-                    + TranslucentCapture::DEFAULT_LIMIT;
+                let a_layer =
+                    Self::TRANSLUCENT_TEXEL * Self::LARGEST_CURVES.pow(2) + TranslucentCapture::DEFAULT_LIMIT;
                 // Around a lamp without a map there are six faces.
                 a_layer * (frame.shadow().layer_count() as u64).max(6)
             }

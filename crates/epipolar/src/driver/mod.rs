@@ -32,6 +32,6 @@ pub use slice_driver::{SliceDriver, SliceSettings};
 pub use slice_facts::SliceFacts;
 pub use slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup, TileUse};
 pub use slice_view::{SliceAngles, SliceLight, SliceScene, SliceView};
-pub use spacing_sample::{ErrorTarget, Measured, SpacingSample, measured};
+pub use spacing_sample::{Confidence, ErrorTarget, Measured, SpacingSample, measured};
 
 pub(crate) use pixels_between::{Offsets, PixelsBetween};

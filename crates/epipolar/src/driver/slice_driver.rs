@@ -47,7 +47,8 @@ pub struct SliceSettings {
     pub spacing: f64,
     /// Slices a radian of the image's middle, at least, where the spacing is not measured; > 0.
     pub fewest_slices: f64,
-    /// What the spacing is measured for: it shrinks from `spacing` on until the target is kept. `None` takes it as it is.
+    /// What the spacing is measured for: it shrinks or grows from `spacing` on until the target is just kept. `None` takes it as
+    /// it is.
     pub target: Option<ErrorTarget>,
     /// When a further slice goes between two that differ.
     pub refinement: Refinement,
@@ -122,8 +123,8 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let mut clock = StageClock::start();
         let facts = SceneFacts::of(frame);
         let epipole = Epipole::new(frame.camera(), frame.light());
-        let (spacing, few_enough) = self.lay_first(frame, &epipole, settings);
-        let channels = self.set_up(frame, epipole, spacing, facts.longest_ray);
+        let (spacing, widest, few_enough) = self.lay_first(frame, &epipole, settings);
+        let channels = self.set_up(frame, epipole, widest, facts.longest_ray);
         clock.lap(&mut stats, "set-up");
 
         // A texture colours light that nothing shadows, too.
@@ -136,7 +137,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         clock.lap(&mut stats, "extrema");
 
         let spacing = if integrates {
-            self.integrate(frame, epipole, (spacing, channels), settings, (&mut stats, &mut clock))
+            self.integrate(frame, epipole, ([spacing, widest], channels), settings, (&mut stats, &mut clock))
         } else {
             spacing
         };
@@ -161,9 +162,14 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         SliceMap { slices: &self.slices, pixels: &self.fan_pixels }
     }
 
-    /// Lays slices at the spacing to begin with, which it returns, with room for what the next frame may need; and whether
-    /// they are as many as the frame asks for.
-    fn lay_first(&mut self, frame: &Frame<'_>, epipole: &Epipole, settings: &SliceSettings) -> (f64, bool) {
+    /// Lays slices at the spacing to begin with, which it returns, with room for what the next frame may need; and the widest
+    /// that may follow, and whether slices are as many as the frame asks for.
+    fn lay_first(
+        &mut self,
+        frame: &Frame<'_>,
+        epipole: &Epipole,
+        settings: &SliceSettings,
+    ) -> (f64, f64, bool) {
         let [width, height] = frame.size().map(f64::from);
         // Pixels a radian in the middle of the image, along the coarser axis.
         let Window { left, right, bottom, top } = frame.camera().window();
@@ -172,15 +178,17 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let fewest = if settings.target.is_some() { FEWEST_SLICES } else { settings.fewest_slices };
         let spacing = settings.spacing.min(per_radian / fewest);
         // However the spacing of the next frame turns out.
-        let finest = settings.target.map_or(spacing, |target| target.finest.min(spacing));
+        let [finest, widest] = settings.target.map_or([spacing; 2], |target| {
+            [target.within[0].min(spacing), target.within[1].min(per_radian / fewest).max(spacing)]
+        });
         let most = MOST_SLICES as f64 + SLICES_A_PIXEL as f64 * width * height;
         let few_enough = 2.0 * (width + height) / finest <= most;
-        let (spacing, finest) =
-            if few_enough { (spacing, finest) } else { (settings.spacing, settings.spacing) };
+        let [finest, spacing, widest] =
+            if few_enough { [finest, spacing, widest] } else { [settings.spacing; 3] };
         let most = self.slices.reserve(frame.size(), finest);
         self.tasks.reserve((most / TASK + 16).saturating_sub(self.tasks.len()));
         self.lay(frame, epipole, spacing);
-        (spacing, few_enough)
+        (spacing, widest, few_enough)
     }
 
     /// Distributes slices, finds the pixels of their fans, and cuts the gaps into tasks.
@@ -195,7 +203,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
     }
 
     /// Prepares the integrator and all buffers; returns for how many channels.
-    fn set_up(&mut self, frame: &Frame<'_>, epipole: Epipole, spacing: f64, longest_ray: f64) -> usize {
+    fn set_up(&mut self, frame: &Frame<'_>, epipole: Epipole, widest: f64, longest_ray: f64) -> usize {
         let setup = SliceSetup { setup: frame.setup(), epipole, slices: &self.slices, longest_ray };
         self.integrator.set_up(&setup);
         let channels = if frame.texture().is_some() { 3 } else { self.integrator.channels() };
@@ -203,7 +211,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         self.shares.clear(width * height, channels);
         self.workers.resize_with(parallel::worker_count(), Worker::default);
         let columns = width.max(height);
-        let gap = Worker::<I::Scratch>::most_between([width, height], spacing);
+        let gap = Worker::<I::Scratch>::most_between([width, height], widest);
         let queries = (2 * gap).min(width * height);
         let room = SliceRoom { frame, columns, queries, runs: most_runs(frame, columns), channels };
         for worker in &mut self.workers {
@@ -237,17 +245,23 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         &mut self,
         frame: &Frame<'_>,
         epipole: Epipole,
-        (mut spacing, channels): (f64, usize),
+        ([mut spacing, widest], channels): ([f64; 2], usize),
         settings: &SliceSettings,
         (stats, clock): (&mut RenderStats, &mut StageClock),
     ) -> f64 {
         let mut settings = *settings;
         if let Some(target) = settings.target {
             let light = Unoccluded::new(frame);
-            let mut search = SpacingSearch::new(spacing, target.finest);
+            let mut search = SpacingSearch::new(spacing, [target.within[0], widest]);
             while search.goes_on() {
                 self.workers.iter_mut().for_each(|worker| worker.sample.clear());
-                self.run(frame, epipole, (spacing, channels), &settings, Some(&light));
+                self.run(
+                    frame,
+                    epipole,
+                    (spacing, channels),
+                    &settings,
+                    Some((&light, target.confidence.gaps)),
+                );
                 let found = measured(self.workers.iter().map(|worker| &worker.sample), target);
                 // In a dark picture errors of less count.
                 let floor = settings.refinement.floor;
@@ -265,14 +279,14 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         spacing
     }
 
-    /// Fills all gaps, or measures a sample of them.
+    /// Fills all gaps, or measures a sample of them, with the light that shares are shares of and how many gaps are enough.
     fn run(
         &mut self,
         frame: &Frame<'_>,
         epipole: Epipole,
         (spacing, channels): (f64, usize),
         settings: &SliceSettings,
-        measures: Option<&Unoccluded<'_>>,
+        measures: Option<(&Unoccluded<'_>, usize)>,
     ) {
         let longest = self.integrator.longest_ray().min(frame.max_distance()) as f32;
         let pass = SlicePass {
@@ -288,13 +302,13 @@ impl<I: SliceIntegrator> SliceDriver<I> {
                 spacing,
                 &settings.refinement,
             ),
-            measures,
+            measures: measures.map(|(light, _)| light),
             column_stride: measures.map_or(1, |_| column_stride(spacing) as usize),
             channels,
             longest,
         };
         let fans = &self.slices.fans;
-        let stride = stride(self.slices.slices.len());
+        let stride = measures.map_or(1, |(_, enough)| stride(self.slices.slices.len(), enough));
         let next = AtomicUsize::new(0);
         let (tasks, fan_pixels) = (&self.tasks, &self.fan_pixels);
         parallel::for_each_worker(&mut self.workers, |worker| {

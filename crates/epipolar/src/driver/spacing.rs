@@ -7,15 +7,16 @@ pub struct SpacingSearch {
     /// The spacing that is to be measured next, or the one that was found.
     pub spacing: f64,
     finest: f64,
+    widest: f64,
     /// The last spacing that missed the target, and by how much.
     missed: Option<(f64, f64)>,
     goes_on: bool,
 }
 
 impl SpacingSearch {
-    /// From a spacing on, down to the finest.
-    pub fn new(spacing: f64, finest: f64) -> Self {
-        Self { spacing, finest: finest.min(spacing), missed: None, goes_on: finest < spacing }
+    /// From a spacing on, up to the widest and down to the finest.
+    pub fn new(spacing: f64, [finest, widest]: [f64; 2]) -> Self {
+        Self { spacing, finest: finest.min(spacing), widest, missed: None, goes_on: finest < spacing }
     }
 
     /// Whether there is something to measure.
@@ -28,7 +29,7 @@ impl SpacingSearch {
     /// Errors fall with a power of the spacing that the last two measurements tell: about 1 where a shadow's edge lies
     /// somewhere between slices, much less while halving finds most of what is there. The next spacing is measured again,
     /// so a guess need not be right. Between the last spacing that missed the target and the one that keeps it lies the one
-    /// that just does.
+    /// that just does; where none missed it errors are taken to grow with the spacing, as fast as they do anywhere.
     pub fn learn(&mut self, excess: f64) {
         /// What is aimed at between two measurements, of what is allowed.
         const WITH_ROOM: f64 = 0.8;
@@ -47,13 +48,17 @@ impl SpacingSearch {
             return;
         }
         self.goes_on = false;
-        if let Some((wider, worse)) = self.missed
-            && excess < WITH_ROOM
-        {
-            let excess = excess.max(0.01);
-            let part = (WITH_ROOM / excess).ln() / (worse / excess).ln();
-            self.spacing *= (wider / self.spacing).powf(part);
+        if excess >= WITH_ROOM {
+            return;
         }
+        let excess = excess.max(0.01);
+        self.spacing = match self.missed {
+            Some((wider, worse)) => {
+                let part = (WITH_ROOM / excess).ln() / (worse / excess).ln();
+                self.spacing * (wider / self.spacing).powf(part)
+            }
+            None => (self.spacing * WITH_ROOM / excess).min(self.widest),
+        };
     }
 }
 
@@ -62,8 +67,8 @@ mod tests {
     use super::*;
 
     /// The spacing that is found where the error is `worst·spacingᵖ` times what is allowed.
-    fn found(worst: f64, power: f64) -> (f64, u32) {
-        let mut search = SpacingSearch::new(4.0, 0.125);
+    fn found(first: f64, worst: f64, power: f64) -> (f64, u32) {
+        let mut search = SpacingSearch::new(first, [0.125, 4.0]);
         let mut measured = 0;
         while search.goes_on() {
             measured += 1;
@@ -73,10 +78,22 @@ mod tests {
     }
 
     #[test]
+    fn from_the_middle_it_goes_up_by_one_measurement_and_never_beyond_the_target() {
+        for (worst, power, spacing) in [(0.0, 1.0, 4.0), (0.1, 1.0, 4.0), (0.25, 1.0, 3.2), (0.45, 1.0, 2.0)]
+        {
+            assert_eq!(found(2.0, worst, power), (spacing, 1), "{worst}");
+        }
+        // Errors that grow more slowly than the spacing leave room.
+        let (spacing, measured) = found(2.0, 0.2, 0.7);
+        assert!(measured == 1 && spacing > 3.0 && 0.2 * spacing.powf(0.7) < 0.8, "{spacing}");
+        assert!(found(2.0, 0.7, 1.0).0 < 2.0);
+    }
+
+    #[test]
     fn the_search_finds_the_spacing_that_just_keeps_the_target() {
         for worst in [0.3f64, 0.7, 1.3, 2.0, 3.3, 5.0] {
             for power in [0.7, 1.0, 1.5] {
-                let (spacing, measured) = found(worst, power);
+                let (spacing, measured) = found(4.0, worst, power);
                 let excess = worst * spacing.powf(power);
                 println!(
                     "{worst}·spacing^{power}: {spacing:.3} after {measured}, {excess:.3} of what is allowed"
@@ -86,8 +103,8 @@ mod tests {
                 assert!(kept && as_wide_as_can_be && measured <= 5, "{worst} {power}");
             }
         }
-        assert_eq!(found(0.0, 1.0), (4.0, 1));
-        assert_eq!(found(1e6, 1.0).0, 0.125);
-        assert!(found(f64::INFINITY, 1.0).0 == 0.125);
+        assert_eq!(found(4.0, 0.0, 1.0), (4.0, 1));
+        assert_eq!(found(4.0, 1e6, 1.0).0, 0.125);
+        assert!(found(4.0, f64::INFINITY, 1.0).0 == 0.125);
     }
 }

@@ -11,12 +11,10 @@ use scatter_core::{Frame, Level, LightIntegralF32, RayLanes, at_level};
 /// Rays whose light is found side by side.
 const LANES: usize = RayLanes::COUNT;
 
-/// One gap in how many is measured, of `gaps`. Fewer miss rare shafts, more cost as much as the frame: a measured gap costs
-/// its two slices, the line, and whatever slices halve it for the line.
-pub fn stride(gaps: usize) -> usize {
-    /// Gaps that are enough.
-    const ENOUGH: usize = 80;
-    (gaps / ENOUGH).clamp(LEAST_STRIDE, 32)
+/// One gap in how many is measured, of `gaps`, that at least `enough` are. Fewer miss rare shafts, more cost as much as the
+/// frame: a measured gap costs its two slices, the line, and whatever slices halve it for the line.
+pub fn stride(gaps: usize, enough: usize) -> usize {
+    (gaps / enough.max(1)).clamp(LEAST_STRIDE, 32)
 }
 
 /// Least of [`stride`].
@@ -31,10 +29,6 @@ pub fn column_stride(spacing: f64) -> u32 {
 /// Most of [`column_stride`].
 pub const MOST_COLUMN_STRIDE: u32 = 4;
 
-/// Standard deviations that are added to what a sample says. Fewer, and more frames miss their level; more, and frames whose
-/// light is in a few gaps get slices that they do not need.
-const SIGMAS: f64 = 0.75;
-
 /// Errors of what is darker than this share of the picture's mean are relative to it (MODEL.md, "Error figures").
 const DARK: f64 = 0.01;
 
@@ -45,8 +39,21 @@ pub struct ErrorTarget {
     pub error: f32,
     /// The RMS of all, relative to their mean.
     pub rms: f32,
-    /// The finest spacing \[pixels\] that is tried.
-    pub finest: f64,
+    /// The finest and the widest spacing \[pixels\] that are tried.
+    pub within: [f64; 2],
+    /// How sure the sample is to be.
+    pub confidence: Confidence,
+}
+
+/// How sure a sample is to be: what is saved on it is paid by slices that a frame does not need, or by frames that miss their
+/// target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Confidence {
+    /// Gaps that are enough, where the picture has some times as many.
+    pub gaps: usize,
+    /// Standard deviations that are added to what they say. Fewer, and more frames miss their level; more, and frames whose
+    /// light is in a few gaps get slices that they do not need.
+    pub sigmas: f64,
 }
 
 /// Pixels of a measured gap: where they are, and how far their rays go.
@@ -182,13 +189,14 @@ pub struct Measured {
 /// Puts the samples of all workers together.
 ///
 /// The excess is the larger of two quotients, the 99th percentile of the relative errors over what is allowed, and their RMS
-/// over what is allowed. Both with three quarters of the standard deviation of what another sample of as many gaps may have
+/// over what is allowed. Both with some standard deviations of what another sample of as many gaps may have
 /// more of: gaps are drawn one by one, so the variance of a sum over gaps is the sum of its squares. The same for any
 /// distribution of gaps over workers.
 pub fn measured<'a>(
     samples: impl Iterator<Item = &'a SpacingSample> + Clone,
     target: ErrorTarget,
 ) -> Measured {
+    let Confidence { sigmas, .. } = target.confidence;
     let gaps = || samples.clone().flat_map(SpacingSample::gaps);
     // No matter how bright the light is: in units of the brightest pixel.
     let largest = gaps().flatten().flatten().fold(0.0f32, |largest, &value| largest.max(value));
@@ -210,7 +218,7 @@ pub fn measured<'a>(
         spread.add(sums[2] * sums[2]);
     }
     let [pixels, mean] = [count as f64, lit.value() / count as f64];
-    let rms = ((squares.value() + SIGMAS * spread.value().sqrt()) / pixels).sqrt();
+    let rms = ((squares.value() + sigmas * spread.value().sqrt()) / pixels).sqrt();
     let floor = (DARK * mean) as f32 * largest;
     // How many pixels are off by more than a multiple of what is allowed, of one in a hundred.
     let over = |multiple: f64| {
@@ -222,7 +230,7 @@ pub fn measured<'a>(
             sum += own as u64;
             squares += (own * own) as u64;
         }
-        (sum as f64 + SIGMAS * (squares as f64).sqrt()) / (0.01 * pixels)
+        (sum as f64 + sigmas * (squares as f64).sqrt()) / (0.01 * pixels)
     };
     let rms = rms / (f64::from(target.rms) * mean).max(f64::MIN_POSITIVE);
     let lit_share = (lit.value() / light.value().max(f64::MIN_POSITIVE)).min(1.0);
@@ -244,7 +252,13 @@ fn least_kept(over: impl Fn(f64) -> f64) -> f64 {
 mod tests {
     use super::*;
 
-    const TARGET: ErrorTarget = ErrorTarget { error: 0.05, rms: 1.0, finest: 0.1 };
+    const SIGMAS: f64 = 0.75;
+    const TARGET: ErrorTarget = ErrorTarget {
+        error: 0.05,
+        rms: 1.0,
+        within: [0.1, 4.0],
+        confidence: Confidence { gaps: 80, sigmas: SIGMAS },
+    };
 
     /// Samples of gaps of 100 pixels of radiance a half, of which some are off by `error`.
     fn gaps(over: &[usize], error: f32) -> SpacingSample {
@@ -286,7 +300,7 @@ mod tests {
 
     #[test]
     fn the_rms_is_that_of_all_pixels_over_their_mean() {
-        let target = ErrorTarget { error: 1.0, rms: 0.01, finest: 0.1 };
+        let target = ErrorTarget { error: 1.0, rms: 0.01, ..TARGET };
         // RMS 0.005 over 0.5 is just what is allowed; a hundred gaps that agree add SIGMAS·√(1/100) of its square.
         let excess = of(&gaps(&[100; 100], 0.01), target);
         let expected = (1.0 + 0.1 * SIGMAS).sqrt();
