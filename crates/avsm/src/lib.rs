@@ -32,7 +32,7 @@ pub use curves::uncompressed::{ExactNodes, UncompressedCurve};
 pub use map::curve_maps::CurveMaps;
 pub use map::layer::CurveLayer;
 pub use nodes::{Node, optical_depth_of, visit_nodes};
-pub use options::{Between, Curve, Grid, ID, MOST_CURVES, Moments, Nodes, Opaque, Options, Removal};
+pub use options::{Between, Curve, ID, MOST_CURVES, Moments, Nodes, Opaque, Options, Removal, Texels};
 pub use ray::dimmed_light::{DimmedLight, DimmedPart};
 pub use scatter_core::TranslucentSegment;
 pub use technique::{Avsm, CAPABILITIES};

@@ -30,7 +30,7 @@ pub struct Options {
     /// their own size.
     pub curves: u32,
     /// Whose texels those of a source's curve maps are.
-    pub grid: Grid,
+    pub texels: Texels,
     /// Where opaque surfaces are.
     pub opaque: Opaque,
 }
@@ -81,13 +81,13 @@ pub enum Moments {
 
 /// Whose texels the curve maps of a source's occluders have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Grid {
+pub enum Texels {
     /// Their own: a map around the occluders under a sun, the shadow map's cone or faces around lamps.
-    #[default]
     Own,
     /// The shadow map's, those that the occluders cover, where these are no more than twice [`Options::curves`] along the longer
     /// side; else their own. Hair that is thinner than a texel is then hit and missed as shadow-map truth hits and misses
     /// it.
+    #[default]
     ShadowMap,
 }
 
@@ -111,7 +111,7 @@ impl Default for Options {
             moments: Moments::Six,
             threshold: 0.002,
             curves: 256,
-            grid: Grid::Own,
+            texels: Texels::ShadowMap,
             opaque: Opaque::Map,
         }
     }
@@ -124,10 +124,9 @@ impl Options {
     /// What bounds the error on hair is neither nodes nor their rule but the light rays between texel centres, which hit or
     /// miss it: a map of its own is one more sample of that, however many nodes it has (README, "What it finds").
     pub fn for_quality(level: Quality) -> Self {
-        let base = Self { grid: Grid::ShadowMap, ..Self::default() };
         match level {
-            Quality::Film => Self { nodes: Nodes::Sixteen, curves: 512, ..base },
-            _ => base,
+            Quality::Film => Self { nodes: Nodes::Sixteen, curves: 512, ..Self::default() },
+            _ => Self::default(),
         }
     }
 }

@@ -5,7 +5,7 @@ use scatter_core::{
     TechniqueInfo, VolumetricShadow, option_row,
 };
 
-use crate::options::{Between, Curve, Grid, ID, MOST_CURVES, Moments, Nodes, Opaque, Options, Removal};
+use crate::options::{Between, Curve, ID, MOST_CURVES, Moments, Nodes, Opaque, Options, Removal, Texels};
 use crate::technique::{Avsm, CAPABILITIES};
 
 static TABLE: OptionTable<Options> = OptionTable {
@@ -36,10 +36,10 @@ static TABLE: OptionTable<Options> = OptionTable {
             curves as u32
         ),
         option_row!(
-            "grid",
+            "texels",
             "texels of a source's curve maps: its own, or the shadow map's where they are at most twice curves a side (every level, unless curves is given)",
-            Grid,
-            grid
+            Texels,
+            texels
         ),
         option_row!(
             "opaque",
@@ -93,7 +93,7 @@ impl Configurable for AvsmTechnique {
                 let options = Options::for_quality(level);
                 // Who gives a size gets a map of that size.
                 let is_sized = overrides.iter().any(|(key, _)| *key == "curves");
-                Ok(Options { grid: if is_sized { Grid::Own } else { options.grid }, ..options })
+                Ok(Options { texels: if is_sized { Texels::Own } else { options.texels }, ..options })
             }
             Target::Error(_) => {
                 TABLE.require(
@@ -124,7 +124,7 @@ impl Options {
     /// What promises an error: the truth of the captured segments, where there are any. Opaque surfaces are exact anyway.
     pub fn exact(facts: &SceneFacts) -> Self {
         let curve = if facts.translucent { Curve::Uncompressed } else { Curve::default() };
-        Self { curve, ..Self::default() }
+        Self { curve, texels: Texels::Own, ..Self::default() }
     }
 
     /// Sets one option from text; an error names key, value and range, or all keys.
@@ -174,7 +174,7 @@ impl Choice for Between {
     }
 }
 
-impl Choice for Grid {
+impl Choice for Texels {
     fn names() -> Vec<(&'static str, Self)> {
         vec![("own", Self::Own), ("shadow-map", Self::ShadowMap)]
     }

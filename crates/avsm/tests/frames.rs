@@ -1,7 +1,7 @@
 //! The technique on whole frames: without translucent occluders against the exact walk through the shadow map, with them
 //! against sums over many short steps of the ray.
 
-use avsm::{Avsm, Between, Curve, Grid, Moments, Nodes, Opaque, Options};
+use avsm::{Avsm, Between, Curve, Moments, Nodes, Opaque, Options, Texels};
 use glam::DVec3;
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{
@@ -438,10 +438,11 @@ fn on_the_shadow_maps_texels_it_is_shadow_map_truth() {
                 image
             };
             let truth = values(&render(&mut ShadowMapWalk::new(), &dimmed));
-            let base = Options { curve: Curve::Uncompressed, curves: 37, ..Options::default() };
+            let base =
+                Options { curve: Curve::Uncompressed, curves: 37, texels: Texels::Own, ..Options::default() };
             let scale = walked(&owned.unoccluded());
             let own = render(&mut Avsm::new(base), &dimmed);
-            let shared = render(&mut Avsm::new(Options { grid: Grid::ShadowMap, ..base }), &dimmed);
+            let shared = render(&mut Avsm::new(Options { texels: Texels::ShadowMap, ..base }), &dimmed);
             let clear = render(&mut Avsm::new(base), frame);
             let found = differing(&shared, &truth, &scale, NODES);
             assert!(found.is_close(), "{kind:?}: {found}");

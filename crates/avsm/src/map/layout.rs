@@ -6,7 +6,7 @@ use scatter_core::{
     Translucent, TranslucentSource,
 };
 
-use crate::options::{Grid, Opaque, Options};
+use crate::options::{Opaque, Options, Texels};
 
 /// Half angle from which on a spot has six faces instead of one map \[degrees\] (MODEL.md, Conventions).
 const WIDEST_CONE: f64 = 80.0;
@@ -14,7 +14,7 @@ const WIDEST_CONE: f64 = 80.0;
 /// The layers of a frame's curve maps; none where the frame has nothing to put into curves.
 ///
 /// Captured segments bring their own maps. Opaque surfaces are in the rectangles of the shadow map. Occluders of a source get
-/// the shadow map's own texels ([`Grid::ShadowMap`]) or, under a sun, a map around themselves, whatever else is in the
+/// the shadow map's own texels ([`Texels::ShadowMap`]) or, under a sun, a map around themselves, whatever else is in the
 /// scene, so that no texel is wasted; around lamps the shadow map's, or faces of a cube.
 pub fn curve_layout(frame: &Frame<'_>, options: &Options) -> Result<MapLayout, ModelError> {
     let in_curves = options.opaque == Opaque::Curve && !matches!(frame.shadow(), ShadowMap::Unshadowed);
@@ -58,7 +58,7 @@ fn on_shadow_texels(
     options: &Options,
 ) -> Result<Option<MapLayout>, ModelError> {
     let maps = frame.setup().maps();
-    let (Grid::ShadowMap, Some(bounds)) = (options.grid, source.bounds()) else { return Ok(None) };
+    let (Texels::ShadowMap, Some(bounds)) = (options.texels, source.bounds()) else { return Ok(None) };
     let most = 2 * options.curves;
     if let [map] = maps.projections() {
         let covered = covered_texels(map, bounds);
