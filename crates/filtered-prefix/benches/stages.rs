@@ -3,11 +3,10 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use filtered_prefix::filtered_map::Fetch;
 use filtered_prefix::fourier::harmonics;
 use filtered_prefix::moments::{MOST_POWERS, mass_below};
 use filtered_prefix::projective::OwnMapSettings;
-use filtered_prefix::{Basis, Filter, FilteredPrefix, Options, Rectification};
+use filtered_prefix::{Basis, Fetch, Filter, FilteredPrefix, Options, Rectification};
 use scatter_core::fearless_simd::f64x8;
 use scatter_core::fearless_simd::prelude::*;
 use scatter_core::{ScatterImage, VolumetricShadow, at_level, simd_level};

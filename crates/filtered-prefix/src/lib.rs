@@ -34,7 +34,7 @@ mod tool;
 mod weights;
 
 pub use integrator::PrefixIntegrator;
-pub use options::{Basis, Filter, ID, Options, Rectification, Weighting};
+pub use options::{Basis, Fetch, Filter, ID, Options, Rectification, Weighting};
 pub use storage::Storage;
 pub use technique::{CAPABILITIES, FilteredPrefix};
 pub use tool::{FilteredPrefixTechnique, TECHNIQUE};

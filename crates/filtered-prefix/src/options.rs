@@ -3,7 +3,6 @@
 use epipolar::driver::{ErrorTarget, Refinement, Resampling, SliceSettings};
 use scatter_core::{OptionError, Quality};
 
-use crate::filtered_map::Fetch;
 use crate::projective::OwnMapSettings;
 use crate::storage::Storage;
 
@@ -78,6 +77,18 @@ pub enum Filter {
     Auto,
     /// All of them.
     Always,
+}
+
+/// How pixels get a row's answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Fetch {
+    /// Every slice's own row of exact runs, at the very place where the view ray ends.
+    #[default]
+    Exact,
+    /// From a filtered map, between four texels (Klehm et al. 2014, Section 5).
+    Bilinear,
+    /// From a filtered map, one texel.
+    Nearest,
 }
 
 /// How the shadow map is rectified.

@@ -5,9 +5,9 @@ use scatter_core::{
     Capabilities, Frame, RenderError, RenderStats, ScatterImage, StageClock, VolumetricShadow,
 };
 
-use crate::filtered_map::{Fetch, FilteredMap};
+use crate::filtered_map::FilteredMap;
 use crate::integrator::PrefixIntegrator;
-use crate::options::{ID, Options, Rectification};
+use crate::options::{Fetch, ID, Options, Rectification};
 use crate::projective::{Extent, NotRectified};
 
 /// What the technique renders: all that slices can be offered.

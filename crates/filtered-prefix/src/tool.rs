@@ -6,10 +6,9 @@ use scatter_core::{
     SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
-use crate::filtered_map::Fetch;
 use crate::fourier::FOURIER_COUNTS;
 use crate::moments::COUNTS;
-use crate::options::{Basis, Filter, ID, Options, Rectification, Weighting};
+use crate::options::{Basis, Fetch, Filter, ID, Options, Rectification, Weighting};
 use crate::storage::Storage;
 use crate::technique::{CAPABILITIES, FilteredPrefix};
 

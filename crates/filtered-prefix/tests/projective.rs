@@ -1,8 +1,7 @@
 //! Projective maps against what the scene really looks like: boards whose shadows are known without any map.
 
-use filtered_prefix::filtered_map::Fetch;
 use filtered_prefix::projective::OwnMapSettings;
-use filtered_prefix::{Basis, FilteredPrefix, Options, Rectification, Storage, Weighting};
+use filtered_prefix::{Basis, Fetch, FilteredPrefix, Options, Rectification, Storage, Weighting};
 use glam::{DMat4, DVec3, DVec4};
 use scatter_core::{
     Camera, DepthMap, Frame, Light, MapError, MapProjection, MapSource, Medium, Phase, RayLight, RenderError,

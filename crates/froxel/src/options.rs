@@ -2,8 +2,6 @@
 
 use scatter_core::{OptionError, Quality, SceneFacts};
 
-use crate::tool::TABLE;
-
 /// The technique's id.
 pub const ID: &str = "froxel";
 
@@ -95,11 +93,6 @@ impl Options {
                     thinner; where nothing casts a shadow, any error"
                 .into(),
         })
-    }
-
-    /// Sets one option from text; an error names key, value and range, or all keys.
-    pub fn set(&mut self, key: &str, value: &str) -> Result<(), OptionError> {
-        TABLE.set(self, key, value)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::technique::{CAPABILITIES, Froxel};
 /// Distances that scenes have.
 const DISTANCES: [f64; 2] = [1e-6, 1e9];
 
-pub(crate) static TABLE: OptionTable<Options> = OptionTable {
+static TABLE: OptionTable<Options> = OptionTable {
     technique: ID,
     rows: &[
         option_row!(
@@ -98,6 +98,13 @@ const GRIDS: [([u32; 3], u32); 8] = [
     ([1280, 960, 1024], 1),
     ([1280, 960, 2048], 8),
 ];
+
+impl Options {
+    /// Sets one option from text; an error names key, value and range, or all keys.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), OptionError> {
+        TABLE.set(self, key, value)
+    }
+}
 
 impl Technique for FroxelTechnique {
     fn info(&self) -> &'static TechniqueInfo {

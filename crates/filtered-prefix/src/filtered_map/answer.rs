@@ -10,11 +10,11 @@ use fearless_simd::prelude::*;
 use glam::DVec3;
 use scatter_core::{Frame, Level, at_level, parallel};
 
-use super::Fetch;
 use super::filter::{MOST, place};
 use super::numbers::Number;
 use crate::fourier::harmonics;
 use crate::moments::{MOST_POWERS, bias_of, mass_below};
+use crate::options::Fetch;
 use crate::projective::{OwnMap, Rectification};
 use crate::storage::Storage;
 

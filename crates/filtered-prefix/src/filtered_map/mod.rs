@@ -21,18 +21,6 @@ use self::numbers::{Number, Numbers};
 use crate::options::{Basis, Options, Weighting};
 use crate::projective::OwnMap;
 
-/// How pixels get a row's answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Fetch {
-    /// Every slice's own row of exact runs, at the very place where the view ray ends.
-    #[default]
-    Exact,
-    /// From a filtered map, between four texels (Klehm et al. 2014, Section 5).
-    Bilinear,
-    /// From a filtered map, one texel.
-    Nearest,
-}
-
 /// A filtered map; kept from frame to frame.
 #[derive(Debug)]
 pub struct FilteredMap {
