@@ -55,7 +55,7 @@ const OPTIONS: [(&str, &[(&str, &str)]); 26] = [
 ];
 
 /// What renders a picture: the exact walk and every technique in each of its ways, with names; a wide picture
-/// only by what techniques choose themselves for a game.
+/// only by what techniques choose themselves for the coarsest level, of which a froxel preset has the fewest slices.
 fn instances(facts: &SceneFacts, is_wide: bool) -> Vec<(String, Box<dyn VolumetricShadow>)> {
     let preset = Target::Quality(Quality::Game);
     let mut instances: Vec<(String, Box<dyn VolumetricShadow>)> = Vec::new();
@@ -64,9 +64,9 @@ fn instances(facts: &SceneFacts, is_wide: bool) -> Vec<(String, Box<dyn Volumetr
     }
     for technique in TECHNIQUES {
         let id = technique.info().id;
-        let mut ways = vec![(preset, &[][..])];
+        let mut ways = vec![(Target::Quality(Quality::Preview), &[][..])];
         if !is_wide {
-            ways.extend([(Target::Quality(Quality::Preview), &[][..]), (Target::Error(0.02), &[])]);
+            ways.extend([(preset, &[][..]), (Target::Error(0.02), &[])]);
             ways.extend(OPTIONS.iter().filter(|(of, _)| *of == id).map(|&(_, options)| (preset, options)));
         }
         for (target, options) in ways {

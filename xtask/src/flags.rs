@@ -134,6 +134,9 @@ pub struct Tradeoff {
     /// Print the times to each level as a Markdown table, and nothing else
     #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
+    /// Print which technique is the fastest to each level on each shot, and nothing else (with --markdown as Markdown)
+    #[arg(long, conflicts_with_all = ["json", "scaling", "motion"])]
+    pub winners: bool,
     /// Write the plots of the shots as one SVG file
     #[arg(long, value_name = "F.svg")]
     pub plot: Option<PathBuf>,

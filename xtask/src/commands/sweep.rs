@@ -42,6 +42,11 @@ pub const LEVELS_MEAN: &str = "Time to each quality level (p99 and rel_rmse both
                            it; the map's error: rel_rmse of truth-shadow-map against truth-raycast, below which more \
                            accuracy is of no use.";
 
+/// What the table of winners means.
+pub const WINNERS_MEAN: &str = "The fastest technique to each quality level on one thread, at its cheapest setting that reaches it: how many \
+                            times the marcher takes at its own cheapest, and the next technique with what it takes more. \
+                            Last, on how many shots each technique is the fastest.";
+
 impl Job {
     /// A job with the settings that were asked for; `raster` draws the maps, if there is one.
     pub fn new(

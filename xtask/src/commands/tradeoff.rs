@@ -6,15 +6,18 @@ use scatter::{TECHNIQUES, Technique};
 use scatter_validate::plot::{Plot, svg_file};
 use scatter_validate::report::{Section, TradeSection};
 use scatter_validate::tradeoff::charts::{scaling_plot, trade_plot};
-use scatter_validate::tradeoff::tables::{level_table, motion_table, rung_table, scaling_table};
+use scatter_validate::tradeoff::tables::{
+    level_table, motion_table, rung_table, scaling_table, winner_table,
+};
 use scatter_validate::tradeoff::{
-    LevelRow, MOTION_FRAMES, Motion, MotionRow, Rung, Scaling, ScalingRow, Slope, level_rows, slopes,
+    LevelRow, MOTION_FRAMES, Motion, MotionRow, Rung, Scaling, ScalingRow, Slope, Winner, level_rows, slopes,
+    winners,
 };
 use scatter_validate::{Machine, SHADOW_MAP_TRUTH};
 use serde::Serialize;
 
 use super::page;
-use super::sweep::{HEADING, Job, LEVELS_MEAN, RUNGS_MEAN, map_errors};
+use super::sweep::{HEADING, Job, LEVELS_MEAN, RUNGS_MEAN, WINNERS_MEAN, map_errors};
 use crate::Verdict;
 use crate::flags::Tradeoff;
 use crate::output::{check_folder, check_writable, print, print_json, stderr_line, write_text};
@@ -55,6 +58,7 @@ struct SweepDocument<'a> {
     machine: &'a Machine,
     rows: Vec<&'a Rung>,
     levels: &'a [LevelRow],
+    winners: Vec<Winner>,
 }
 
 #[derive(Serialize)]
@@ -79,7 +83,19 @@ impl Run<'_> {
         self.write_report(HEADING, || self.job.section(&trades, threads))?;
         if self.flags.rendering.json {
             let rows = trades.iter().flat_map(|trade| &trade.rungs).collect();
-            print_json(&SweepDocument { machine: &self.machine, rows, levels: &levels })?;
+            print_json(&SweepDocument {
+                machine: &self.machine,
+                rows,
+                levels: &levels,
+                winners: winners(&levels),
+            })?;
+        } else if self.flags.winners {
+            let table = winner_table(&levels);
+            print(&if self.flags.markdown {
+                table.markdown()
+            } else {
+                format!("{WINNERS_MEAN}\n\n{table}")
+            })?;
         } else if self.flags.markdown {
             print(&level_table.markdown())?;
         } else {
@@ -87,7 +103,8 @@ impl Run<'_> {
             for trade in &trades {
                 print(&format!("{}\n", rung_table(trade)))?;
             }
-            print(&format!("{LEVELS_MEAN}\n\n{level_table}"))?;
+            print(&format!("{LEVELS_MEAN}\n\n{level_table}\n"))?;
+            print(&format!("{WINNERS_MEAN}\n\n{}", winner_table(&levels)))?;
         }
         let failed = trades.iter().flat_map(|trade| &trade.rungs).any(|rung| rung.row.has_failed());
         Ok(if failed { Verdict::OutOfTolerance } else { Verdict::Well })

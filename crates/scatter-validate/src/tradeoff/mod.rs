@@ -2,7 +2,8 @@
 //!
 //! [`Sweep`] climbs each technique's settings on a shot: time against error, the front that nothing beats
 //! ([`on_front`]), and the cheapest setting that reaches each quality level. [`Scaling`] finds how the time grows with
-//! resolution, [`Motion`] how much the error flickers while camera and light move. What comes out is printed by
+//! resolution, [`Motion`] how much the error flickers while camera and light move, [`winners()`] which technique is the
+//! fastest to each level on each shot. What comes out is printed by
 //! [`tables`] and drawn by [`charts`].
 
 pub mod charts;
@@ -17,6 +18,7 @@ mod setting;
 mod slope;
 mod sweep;
 mod trade;
+mod winners;
 
 pub use flicker::SecondDifference;
 pub use levels::{LevelRow, Reached, level_rows};
@@ -27,6 +29,7 @@ pub use setting::{Setting, Source, ladder};
 pub use slope::Fit;
 pub use sweep::{Limits, Sweep};
 pub use trade::{Rung, ShotTrade};
+pub use winners::{Winner, Wins, winners, wins};
 
 #[cfg(test)]
 pub(crate) use trade::tests::trade as example_trade;

@@ -6,6 +6,7 @@ use super::levels::{LevelRow, Reached};
 use super::motion::MotionRow;
 use super::scaling::{ScalingRow, Slope};
 use super::trade::{Rung, ShotTrade};
+use super::winners::{Winner, winners, wins};
 use crate::columns::Columns;
 use crate::figures::Figures;
 use crate::table::{milliseconds, percent};
@@ -86,13 +87,47 @@ pub fn level_table(rows: &[LevelRow], map_errors: &[(String, f64)]) -> Columns {
     Columns::new(&HEADER, 1, rows.chunks(Quality::ALL.len()).filter_map(cells), |column| column < 2)
 }
 
+/// The fastest technique to each level with its ratio to the baseline and the next one's time over its own, a line a shot; the
+/// last lines count how often each technique is the fastest.
+pub fn winner_table(rows: &[LevelRow]) -> Columns {
+    const HEADER: [&str; 4] = ["shot", "preview (10 %)", "game (3 %)", "film (1 %)"];
+    let cell = |winner: &Winner| {
+        let (Some(method), Some(reached)) = (&winner.method, &winner.reached) else {
+            return "not reached".into();
+        };
+        let next = winner
+            .next
+            .as_ref()
+            .map_or_else(String::new, |(next, ratio)| format!("; {next} +{:.0} %", 100.0 * (ratio - 1.0)));
+        let ratio = reached.one_thread_ratio.map_or_else(String::new, |ratio| format!(" {}", times(ratio)));
+        format!("{method}{ratio}{next}")
+    };
+    let winners = winners(rows);
+    let shots = winners.chunks(Quality::ALL.len()).map(|levels| {
+        let name = levels.first().map(|winner| winner.shot.clone()).unwrap_or_default();
+        std::iter::once(name).chain(levels.iter().map(cell)).collect::<Vec<_>>()
+    });
+    let counts = wins(rows).into_iter().map(|wins| {
+        let cells = wins.by_level.map(|count| count.to_string());
+        std::iter::once(format!("fastest: {}", wins.method)).chain(cells).collect()
+    });
+    Columns::new(&HEADER, 1, shots.chain(counts), |_| true)
+}
+
 fn time_and_ratio(reached: &Reached) -> String {
     let time = milliseconds(reached.one_thread_ms);
     match reached.one_thread_ratio {
-        Some(ratio) if ratio >= 99.5 => format!("{time} ({ratio:.0}×)"),
-        Some(ratio) if ratio >= 9.95 => format!("{time} ({ratio:.1}×)"),
-        Some(ratio) => format!("{time} ({ratio:.2}×)"),
+        Some(ratio) => format!("{time} ({})", times(ratio)),
         None => time,
+    }
+}
+
+/// How many times faster, in three digits.
+fn times(ratio: f64) -> String {
+    match ratio {
+        99.5.. => format!("{ratio:.0}×"),
+        9.95.. => format!("{ratio:.1}×"),
+        _ => format!("{ratio:.2}×"),
     }
 }
 
