@@ -51,7 +51,7 @@ const OPTIONS: [(&str, &[(&str, &str)]); 26] = [
     ("minmax-mipmap", &[("mode", "slices"), ("slices", "200")]),
     ("avsm", &[("opaque", "curve"), ("curves", "64")]),
     ("avsm", &[("opaque", "curve"), ("curve", "deep"), ("curves", "33")]),
-    ("avsm", &[("opaque", "curve"), ("curve", "moments"), ("curves", "33")]),
+    ("avsm", &[("opaque", "curve"), ("curve", "moments"), ("curves", "9")]),
 ];
 
 /// What renders a picture: the exact walk and every technique in each of its ways, with names; a wide picture
