@@ -56,7 +56,7 @@ pub mod baran;
 
 mod paper;
 
-mod estimate;
+pub mod estimate;
 mod options;
 mod technique;
 mod tool;

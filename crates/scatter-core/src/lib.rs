@@ -109,7 +109,7 @@ pub use render_error::{RenderError, Unsupported};
 pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
 pub use scatter_image::ScatterImage;
 pub use scene_facts::SceneFacts;
-pub use scene_sample::{SampledRay, SceneSample, Variation};
+pub use scene_sample::{SampledRay, SceneSample, Triple};
 pub use setup::Setup;
 pub use shadow_depth::ShadowDepthEncoding;
 pub use shadow_map::{CubeShadow, ShadowLayer, ShadowMap};

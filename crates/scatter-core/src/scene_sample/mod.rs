@@ -15,14 +15,12 @@ use crate::scene_facts::SceneFacts;
 use march_spread::quantile_of_spreads;
 use sampled_ray::RayWalker;
 
-/// Most places that are walked, two pixels each.
-const MOST_PLACES: usize = 240;
+/// Most places that are walked, three pixels each.
+const MOST_PLACES: usize = 160;
 /// Fewest, whatever the work is.
 const FEWEST_PLACES: usize = 8;
-/// Work that a sample may take, in texels looked at: 2 ms at the 12 ns that one takes.
-const MOST_WORK: u64 = 160_000;
-/// Pixels between a place and its neighbour.
-const ACROSS: i64 = 2;
+/// Work that a sample may take, in texels looked at: 2 ms at the 17 ns that one takes.
+const MOST_WORK: u64 = 110_000;
 
 /// Facts of a frame, and rays through it.
 #[derive(Debug, Clone)]
@@ -31,21 +29,22 @@ pub struct SceneSample {
     pub facts: SceneFacts,
     /// Pixels that were walked, in the order of the sequence.
     pub rays: Vec<SampledRay>,
-    /// How the light differs between a pixel and the second next one across the light's planes.
-    pub across: Variation,
+    /// What lies between pixels across the light's planes, a triple of neighbours each.
+    pub triples: Vec<Triple>,
     /// Share of neighbouring pixels whose rays' ends differ by more than a twentieth.
     pub depth_breaks: f64,
 }
 
-/// How what pixels get differs at a distance.
+/// What three pixels side by side across the light's planes get, relative to the middle one (a hundredth of the picture's mean
+/// at least).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Variation {
-    /// RMS of the differences over the mean radiance.
-    pub rms: f64,
-    /// Mean of differences over the larger of the two values, a hundredth of the picture's mean at least.
-    pub relative: f64,
-    /// Share of pairs that differ by more than 1 %.
-    pub share: f64,
+pub struct Triple {
+    /// How far the outer two differ, halved: an edge, or a slope.
+    pub slope: f64,
+    /// How far the middle one is off the mean of the outer two: what interpolation between them misses.
+    pub kink: f64,
+    /// The same over the picture's mean.
+    pub kink_of_mean: f64,
 }
 
 impl SceneSample {
@@ -55,31 +54,29 @@ impl SceneSample {
         let [width, height] = frame.size().map(i64::from);
         let mut walker = RayWalker::default();
         let mut rays = Vec::with_capacity(MOST_PLACES);
-        let mut pairs = Vec::with_capacity(MOST_PLACES);
+        let mut triples = Vec::with_capacity(MOST_PLACES);
         let places = MOST_PLACES.min((width * height) as usize).max(1);
         for index in 0..places {
             let (x, y) = place(index, [width, height]);
-            let ray = walker.walk(frame, x, y);
             let [step_x, step_y] = across(frame, x, y);
-            // A neighbour within the picture, on either side.
-            let side = |sign: i64| {
-                let x = i64::from(x) + sign * ACROSS * step_x;
-                let y = i64::from(y) + sign * ACROSS * step_y;
+            let beside = |sign: i64| {
+                let [x, y] = [i64::from(x) + sign * step_x, i64::from(y) + sign * step_y];
                 ((0..width).contains(&x) && (0..height).contains(&y)).then_some([x as u32, y as u32])
             };
-            rays.push(ray);
-            if let Some([x, y]) = side(1).or_else(|| side(-1)) {
-                let neighbour = walker.walk(frame, x, y);
-                pairs.push((ray.radiance, neighbour.radiance));
-                rays.push(neighbour);
+            let own = walker.walk(frame, x, y);
+            rays.push(own);
+            if let (Some(before), Some(after)) = (beside(-1), beside(1)) {
+                let [before, after] = [before, after].map(|[x, y]| walker.walk(frame, x, y));
+                rays.extend([before, after]);
+                triples.push([before.radiance, own.radiance, after.radiance]);
             }
-            if rays.len() >= FEWEST_PLACES && walker.work > MOST_WORK {
+            if index + 1 >= FEWEST_PLACES && walker.work > MOST_WORK {
                 break;
             }
         }
         let mean = rays.iter().map(|ray| ray.radiance).sum::<f64>() / rays.len() as f64;
-        let across = Variation::of(&pairs, mean);
-        Self { facts, rays, across, depth_breaks: depth_breaks(frame) }
+        let triples = triples.iter().map(|values| Triple::of(values, mean)).collect();
+        Self { facts, rays, triples, depth_breaks: depth_breaks(frame) }
     }
 
     /// Pixels of the image.
@@ -99,6 +96,17 @@ impl SceneSample {
         if whole > 0.0 { (self.mean(|ray| ray.radiance) / whole).min(1.0) } else { 1.0 }
     }
 
+    /// What maps of `scale` times as many texels a side are off by against the triangles: RMS over the mean. A shadow's edge lies
+    /// anywhere within the texel that holds it, so that a map is as wrong as a march with one step a texel.
+    pub fn map_error(&self, scale: f64) -> f64 {
+        let mean = self.mean(|ray| ray.radiance);
+        if !(mean > 0.0) {
+            return 0.0;
+        }
+        let spread = |ray: &SampledRay| ray.march_spread.at((scale * ray.texels).max(1.0));
+        self.mean(|ray| spread(ray).powi(2)).sqrt() / mean
+    }
+
     /// What a march of so many steps is off by: p99 and RMS over the mean. The position of every edge within its step is
     /// taken for random.
     pub fn march_error(&self, steps: f64) -> [f64; 2] {
@@ -114,20 +122,14 @@ impl SceneSample {
     }
 }
 
-impl Variation {
-    fn of(pairs: &[(f64, f64)], mean: f64) -> Self {
-        if pairs.is_empty() || !(mean > 0.0) {
+impl Triple {
+    fn of(&[before, own, after]: &[f64; 3], mean: f64) -> Self {
+        if !(mean > 0.0) {
             return Self::default();
         }
-        let over_pairs = |of: &dyn Fn(f64, f64) -> f64| {
-            pairs.iter().map(|&(a, b)| of(a, b)).sum::<f64>() / pairs.len() as f64
-        };
-        let relative = |a: f64, b: f64| (a - b).abs() / a.max(b).max(0.01 * mean);
-        Self {
-            rms: over_pairs(&|a, b| (a - b).powi(2)).sqrt() / mean,
-            relative: over_pairs(&relative),
-            share: over_pairs(&|a, b| f64::from(relative(a, b) > 0.01)),
-        }
+        let level = own.max(0.01 * mean);
+        let kink = (own - 0.5 * (before + after)).abs();
+        Self { slope: 0.5 * (after - before).abs() / level, kink: kink / level, kink_of_mean: kink / mean }
     }
 }
 

@@ -15,6 +15,8 @@ pub struct SampledRay {
     pub radiance: f64,
     /// The same where nothing shadows.
     pub unoccluded: f64,
+    /// How long it is, where light that is left to be seen ends \[world units\].
+    pub length: f64,
     /// Texels crossed.
     pub texels: f64,
     /// Nodes of a min/max mipmap, from blocks of 4×4 texels on, that a walk down from 128×128 visits.
@@ -118,6 +120,7 @@ impl RayWalker {
         SampledRay {
             radiance,
             unoccluded: mean(0.0, end),
+            length: marched_end(frame, end),
             texels: texels as f64,
             nodes: nodes.into(),
             coarse_nodes: coarse_nodes.into(),
