@@ -20,13 +20,14 @@ static COSTS: CostModel = CostModel {
 
 /// Time of the presets' slices: e to the power of a sum of logarithms.
 const SLICES: SliceModel = SliceModel {
-    levels: [5.586, 5.8, 5.856],
-    megapixels: -0.369,
-    lamp: 0.195,
-    missed: 0.493,
-    roughness: -0.204,
-    lit_share: -0.22,
-    fog: 0.632,
+    levels: [5.429, 5.64, 5.694],
+    megapixels: -0.35,
+    lamp: 0.269,
+    missed: 0.497,
+    roughness: -0.225,
+    lit_share: -0.219,
+    fog: 0.694,
+    glass: 0.837,
 };
 
 /// Factors of the logarithms that the time of measured slices is made of; milliseconds a megapixel.
@@ -46,6 +47,8 @@ pub struct SliceModel {
     pub lit_share: f64,
     /// Of height fog.
     pub fog: f64,
+    /// Of a light with coloured glass before it.
+    pub glass: f64,
 }
 
 /// What measured spacing keeps of its level, as met on the same shots: p99 and RMS over the level's error, at preview, game
@@ -71,7 +74,8 @@ impl SliceModel {
             + self.missed * missed
             + self.roughness * roughness
             + self.lit_share * (sample.lit_share() + 0.02).ln()
-            + of(facts.log_density.is_some(), self.fog);
+            + of(facts.log_density.is_some(), self.fog)
+            + of(facts.textured, self.glass);
         1e6 * megapixels * sum.exp()
     }
 }

@@ -18,13 +18,14 @@ static COSTS: CostModel = CostModel {
 
 /// Fitted as epipolar's own.
 const SLICES: SliceModel = SliceModel {
-    levels: [6.038, 6.288, 6.348],
-    megapixels: -0.3,
-    lamp: 0.831,
-    missed: 0.515,
-    roughness: -0.153,
-    lit_share: -0.201,
-    fog: 1.914,
+    levels: [5.886, 6.132, 6.185],
+    megapixels: -0.278,
+    lamp: 0.906,
+    missed: 0.524,
+    roughness: -0.176,
+    lit_share: -0.195,
+    fog: 1.965,
+    glass: 1.048,
 };
 
 /// Time, error and memory of a frame.

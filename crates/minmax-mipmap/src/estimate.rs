@@ -4,7 +4,7 @@ use scatter_core::{CostModel, Estimate, LightKind, NoEstimate, Outlook, Predicte
 
 use crate::options::{ID, Mode, Options};
 
-/// Fitted on 29 shots at two sizes (README, "What it predicts of itself"): a sample's nodes stand for those of all rays.
+/// Fitted on 29 shots at two sizes (PLANNER.md): a sample's nodes stand for those of all rays.
 static COSTS: CostModel = CostModel {
     units: &[
         UnitCost { name: "map-texel", nanoseconds: 0.3 },
