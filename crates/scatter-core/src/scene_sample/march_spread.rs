@@ -42,6 +42,38 @@ impl Variances {
     }
 }
 
+/// Numbers of steps for which errors of whole pictures are kept, and those between them by powers.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MarchErrors {
+    /// p99 and RMS over the mean.
+    p99: MarchSpread,
+    rms: MarchSpread,
+}
+
+impl MarchErrors {
+    /// Of rays with these spreads, each with what its own is relative to, and of a picture with that mean.
+    pub fn of(rays: &[(MarchSpread, f64)], mean: f64) -> Self {
+        let mut errors = [[f32::NEG_INFINITY; MARCH_STEPS]; 2];
+        for power in 0..MARCH_STEPS {
+            let spread = |ray: &(MarchSpread, f64)| f64::from(ray.0.log2[power]).exp2();
+            let squares: f64 = rays.iter().map(|ray| spread(ray).powi(2)).sum();
+            let relative: Vec<f64> = rays.iter().map(|ray| spread(ray) / ray.1).collect();
+            let rms = (squares / rays.len().max(1) as f64).sqrt() / mean;
+            let p99 = quantile_of_spreads(&relative, 0.01);
+            for (kept, error) in errors.iter_mut().zip([p99, rms]) {
+                kept[power] = error.log2().max(-1e3) as f32;
+            }
+        }
+        let [p99, rms] = errors.map(|log2| MarchSpread { log2 });
+        Self { p99, rms }
+    }
+
+    /// p99 and RMS over the mean at a number of steps.
+    pub fn at(&self, steps: f64) -> [f64; 2] {
+        [self.p99.at(steps), self.rms.at(steps)]
+    }
+}
+
 impl MarchSpread {
     /// The deviation at a number of steps ≥ 1, between those that are kept by powers.
     pub fn at(&self, steps: f64) -> f64 {
@@ -53,7 +85,7 @@ impl MarchSpread {
 }
 
 /// The value that a share of normal deviations with these spreads, mixed in equal parts, exceed in size.
-pub fn quantile_of_spreads(spreads: &[f64], share: f64) -> f64 {
+fn quantile_of_spreads(spreads: &[f64], share: f64) -> f64 {
     let largest = spreads.iter().copied().fold(0.0, f64::max);
     if !(largest > 0.0) {
         return 0.0;
@@ -63,7 +95,8 @@ pub fn quantile_of_spreads(spreads: &[f64], share: f64) -> f64 {
         spreads.iter().map(of).sum::<f64>() / spreads.len() as f64
     };
     let (mut low, mut high) = (0.0, 6.0 * largest);
-    for _ in 0..40 {
+    // To 6·2⁻¹⁸ of the largest spread.
+    for _ in 0..18 {
         let middle = 0.5 * (low + high);
         if beyond(middle) > share { low = middle } else { high = middle }
     }
@@ -72,6 +105,9 @@ pub fn quantile_of_spreads(spreads: &[f64], share: f64) -> f64 {
 
 /// P(|N(0,1)| > x) for x ≥ 0: `erfc(x/√2)` by Abramowitz and Stegun 7.1.26, to 1.5e-7.
 fn two_sided_tail(x: f64) -> f64 {
+    if x > 6.0 {
+        return 0.0;
+    }
     let z = x * std::f64::consts::FRAC_1_SQRT_2;
     let t = 1.0 / (1.0 + 0.327_591_1 * z);
     let polynomial = [1.061_405_429, -1.453_152_027, 1.421_413_741, -0.284_496_736, 0.254_829_592];

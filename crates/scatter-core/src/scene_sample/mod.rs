@@ -12,7 +12,7 @@ pub use sampled_ray::SampledRay;
 use crate::frame::Frame;
 use crate::light::Light;
 use crate::scene_facts::SceneFacts;
-use march_spread::quantile_of_spreads;
+use march_spread::MarchErrors;
 use sampled_ray::RayWalker;
 
 /// Most places that are walked, three pixels each.
@@ -33,6 +33,8 @@ pub struct SceneSample {
     pub triples: Vec<Triple>,
     /// Share of neighbouring pixels whose rays' ends differ by more than a twentieth.
     pub depth_breaks: f64,
+    /// What marches are off by; `None` in the dark.
+    march_errors: Option<MarchErrors>,
 }
 
 /// What three pixels side by side across the light's planes get, relative to the middle one (a hundredth of the picture's mean
@@ -76,7 +78,11 @@ impl SceneSample {
         }
         let mean = rays.iter().map(|ray| ray.radiance).sum::<f64>() / rays.len() as f64;
         let triples = triples.iter().map(|values| Triple::of(values, mean)).collect();
-        Self { facts, rays, triples, depth_breaks: depth_breaks(frame) }
+        let march_errors = (mean > 0.0).then(|| {
+            let spread = |ray: &SampledRay| (ray.march_spread, ray.radiance.max(0.01 * mean));
+            MarchErrors::of(&rays.iter().map(spread).collect::<Vec<_>>(), mean)
+        });
+        Self { facts, rays, triples, depth_breaks: depth_breaks(frame), march_errors }
     }
 
     /// Pixels of the image.
@@ -110,15 +116,7 @@ impl SceneSample {
     /// What a march of so many steps is off by: p99 and RMS over the mean. The position of every edge within its step is
     /// taken for random.
     pub fn march_error(&self, steps: f64) -> [f64; 2] {
-        let mean = self.mean(|ray| ray.radiance);
-        if !(mean > 0.0) {
-            return [0.0; 2];
-        }
-        let spread = |ray: &SampledRay| ray.march_spread.at(steps);
-        let rms = self.mean(|ray| spread(ray).powi(2)).sqrt() / mean;
-        let relative: Vec<f64> =
-            self.rays.iter().map(|ray| spread(ray) / ray.radiance.max(0.01 * mean)).collect();
-        [quantile_of_spreads(&relative, 0.01), rms]
+        self.march_errors.map_or([0.0; 2], |errors| errors.at(steps))
     }
 }
 

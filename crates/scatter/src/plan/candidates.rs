@@ -108,7 +108,12 @@ fn settings(technique: &dyn Technique, budget: Budget) -> Vec<(Target, Vec<(&'st
     if let Budget::Promise(error) = budget {
         return vec![(Target::Error(error), Vec::new())];
     }
-    let presets = Quality::ALL.map(|level| (Target::Quality(level), Vec::new()));
+    let mut levels = Quality::ALL;
+    // Of presets that are alike, that of the level that was asked for is named.
+    if let Budget::Level(asked) = budget {
+        levels.sort_by_key(|level| *level != asked);
+    }
+    let presets = levels.map(|level| (Target::Quality(level), Vec::new()));
     let rungs = technique.ladder().into_iter().filter(|rung| !rung.is_empty());
     let rungs = rungs.map(|rung| (Target::Quality(Quality::default()), rung));
     presets.into_iter().chain(rungs).collect()
