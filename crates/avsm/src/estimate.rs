@@ -58,6 +58,7 @@ pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, N
     Ok(Estimate {
         time_ms: outlook.machine.milliseconds(ID, &COSTS, 0.0, shared),
         error,
+        keeps: error.worst(),
         memory_bytes: (0.13 * map_texels + curves) as u64,
     })
 }

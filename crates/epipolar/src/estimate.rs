@@ -5,7 +5,7 @@
 //! whole, and how much of it is lit. Powers of these, fitted to measured times of 29 shots at two sizes and three levels.
 
 use scatter_core::{
-    CostModel, Estimate, LightKind, NoEstimate, Outlook, PredictedError, SceneSample, UnitCost,
+    CostModel, Estimate, LightKind, NoEstimate, Outlook, PredictedError, Quality, SceneSample, UnitCost,
 };
 
 use crate::options::{ID, Options};
@@ -13,7 +13,7 @@ use crate::options::{ID, Options};
 static COSTS: CostModel = CostModel {
     units: &[
         UnitCost { name: "frame", nanoseconds: 1.5e5 },
-        UnitCost { name: "nanosecond-of-slices", nanoseconds: 1.0 },
+        UnitCost { name: "fitted-nanosecond", nanoseconds: 1.1 },
     ],
     thread_gain: 0.93,
 };
@@ -53,7 +53,7 @@ pub struct SliceModel {
 
 /// What measured spacing keeps of its level, as met on the same shots: p99 and RMS over the level's error, at preview, game
 /// and film.
-const KEPT: [[f64; 2]; 3] = [[0.55, 0.2], [0.53, 0.2], [0.6, 0.38]];
+const KEPT: [[f64; 2]; 3] = [[0.38, 0.075], [0.51, 0.1], [0.54, 0.13]];
 
 impl SliceModel {
     /// Nanoseconds of all slices of a picture, for a target p99.
@@ -91,11 +91,15 @@ fn level(target: f64) -> usize {
     }
 }
 
-/// What presets are off by that aim at a p99.
-pub fn kept(target: f64) -> PredictedError {
-    let level = level(target);
-    let error = [0.1, 0.03, 0.01][level];
-    PredictedError { p99: KEPT[level][0] * error, rel_rmse: KEPT[level][1] * error }
+/// The error of the level whose preset aims at a p99.
+pub fn level_error(target: f64) -> f64 {
+    [Quality::Preview, Quality::Game, Quality::Film][level(target)].error()
+}
+
+/// What that preset is off by, as it is to be expected.
+pub fn expected(target: f64) -> PredictedError {
+    let [p99, rel_rmse] = KEPT[level(target)].map(|share| share * level_error(target));
+    PredictedError { p99, rel_rmse }
 }
 
 /// Time, error and memory of a frame.
@@ -113,7 +117,8 @@ pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, N
     let workers = outlook.machine.threads() as f64;
     Ok(Estimate {
         time_ms: outlook.machine.milliseconds(ID, &COSTS, 0.0, shared),
-        error: if is_lit { PredictedError::rounding(1e-5, 1e-5) } else { kept(target) },
+        error: if is_lit { PredictedError::rounding(1e-5, 1e-5) } else { expected(target) },
+        keeps: if is_lit { 1e-5 } else { level_error(target) },
         memory_bytes: ((8.0 + 4.0 * workers) * sample.pixels()) as u64 + (4 << 20),
     })
 }

@@ -3,7 +3,7 @@
 //! As of all techniques on slices, the model is one of the picture ([`epipolar::estimate`]); rows of lamps and of height fog cost
 //! more than those of a sun in a uniform medium.
 
-use epipolar::estimate::{SliceModel, kept};
+use epipolar::estimate::{SliceModel, expected, level_error};
 use scatter_core::{CostModel, Estimate, NoEstimate, Outlook, PredictedError, UnitCost};
 
 use crate::options::{Basis, Fetch, ID, Options};
@@ -11,7 +11,7 @@ use crate::options::{Basis, Fetch, ID, Options};
 static COSTS: CostModel = CostModel {
     units: &[
         UnitCost { name: "frame", nanoseconds: 2e5 },
-        UnitCost { name: "nanosecond-of-slices", nanoseconds: 1.0 },
+        UnitCost { name: "fitted-nanosecond", nanoseconds: 1.1 },
     ],
     thread_gain: 0.93,
 };
@@ -48,7 +48,8 @@ pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, N
     let workers = outlook.machine.threads() as f64;
     Ok(Estimate {
         time_ms: outlook.machine.milliseconds(ID, &COSTS, 0.0, shared),
-        error: if is_lit { PredictedError::rounding(1e-5, 1e-5) } else { kept(target) },
+        error: if is_lit { PredictedError::rounding(1e-5, 1e-5) } else { expected(target) },
+        keeps: if is_lit { 1e-5 } else { level_error(target) },
         memory_bytes: ((8.0 + 6.0 * workers) * sample.pixels()) as u64 + (4 << 20),
     })
 }

@@ -57,6 +57,7 @@ pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, N
     Ok(Estimate {
         time_ms: outlook.machine.milliseconds(ID, &COSTS, 0.0, shared),
         error,
+        keeps: error.worst(),
         memory_bytes: (2.0 * row * outlook.machine.threads() as f64) as u64,
     })
 }

@@ -48,6 +48,7 @@ pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, N
     Ok(Estimate {
         time_ms: outlook.machine.milliseconds(ID, &COSTS, 0.0, shared),
         error: PredictedError { p99, rel_rmse: 0.3 * p99 },
+        keeps: p99,
         memory_bytes: (40.0 * map_texels) as u64,
     })
 }

@@ -7,15 +7,15 @@ use crate::options::{ID, Mode, Options};
 /// Fitted on 29 shots at two sizes (PLANNER.md): a sample's nodes stand for those of all rays.
 static COSTS: CostModel = CostModel {
     units: &[
-        UnitCost { name: "map-texel", nanoseconds: 0.3 },
-        UnitCost { name: "ray", nanoseconds: 4.0 },
-        UnitCost { name: "node", nanoseconds: 3.4 },
-        UnitCost { name: "texel", nanoseconds: 2.1 },
-        UnitCost { name: "lit-run", nanoseconds: 26.0 },
-        UnitCost { name: "lamp-ray", nanoseconds: 70.0 },
-        UnitCost { name: "lamp-run", nanoseconds: 128.0 },
-        UnitCost { name: "glass-run", nanoseconds: 145.0 },
-        UnitCost { name: "fog-ray", nanoseconds: 29.0 },
+        UnitCost { name: "map-texel", nanoseconds: 0.33 },
+        UnitCost { name: "ray", nanoseconds: 4.4 },
+        UnitCost { name: "node", nanoseconds: 3.74 },
+        UnitCost { name: "texel", nanoseconds: 2.31 },
+        UnitCost { name: "lit-run", nanoseconds: 28.6 },
+        UnitCost { name: "lamp-ray", nanoseconds: 77.0 },
+        UnitCost { name: "lamp-run", nanoseconds: 141.0 },
+        UnitCost { name: "glass-run", nanoseconds: 160.0 },
+        UnitCost { name: "fog-ray", nanoseconds: 31.9 },
     ],
     thread_gain: 0.95,
 };
@@ -47,6 +47,7 @@ pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, N
     Ok(Estimate {
         time_ms: outlook.machine.milliseconds(ID, &COSTS, 0.0, shared),
         error: PredictedError::rounding(1e-6, 5e-7),
+        keeps: 1e-5,
         memory_bytes: memory as u64,
     })
 }

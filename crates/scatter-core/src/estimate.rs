@@ -22,8 +22,11 @@ pub struct Outlook<'a> {
 pub struct Estimate {
     /// Wall-clock time of a warm render \[ms\], ≥ 0.
     pub time_ms: f64,
-    /// Error against shadow-map truth.
+    /// Error against shadow-map truth, as it is to be expected.
     pub error: PredictedError,
+    /// The error that both figures are to stay within: what budgets of errors are held against. Above what is expected: a preset
+    /// is made to keep its level, and is mostly well below it.
+    pub keeps: f64,
     /// Bytes held between frames.
     pub memory_bytes: u64,
 }

@@ -122,17 +122,25 @@ impl Survey {
         for &technique in techniques {
             let id = technique.info().id;
             progress.stage(&format!("{}: {id}", shot.name()));
+            let mut before: Option<(Vec<(&'static str, String)>, SurveyRow)> = None;
             for level in Quality::ALL {
                 let target = Target::Quality(level);
-                let estimate: Option<Estimate> = shot.with_frame(0, shot.camera(), |frame| {
+                let (estimate, facts) = shot.with_frame(0, shot.camera(), |frame| {
                     let sample = SceneSample::of(frame);
-                    technique.estimate(target, &[], &Outlook { frame, sample: &sample, machine }).ok()
+                    let estimate: Option<Estimate> =
+                        technique.estimate(target, &[], &Outlook { frame, sample: &sample, machine }).ok();
+                    (estimate, sample.facts)
                 })?;
                 let Some(estimate) = estimate else { continue };
-                let Some([time_ms, p99, rel_rmse]) = measured(judged, technique, target, &[], repeat)? else {
-                    continue;
+                // Levels that are the same setting are one measurement.
+                let options = technique.resolved(target, &[], &facts)?;
+                let same = before.as_ref().filter(|(own, _)| *own == options);
+                let found = match same {
+                    Some((_, row)) => Some([row.time_ms, row.p99, row.rel_rmse]),
+                    None => measured(judged, technique, target, &[], repeat)?,
                 };
-                self.rows.push(SurveyRow {
+                let Some([time_ms, p99, rel_rmse]) = found else { continue };
+                let row = SurveyRow {
                     shot: shot.name().to_string(),
                     size: shot.camera().size(),
                     threads: machine.threads(),
@@ -144,7 +152,9 @@ impl Survey {
                     predicted_p99: estimate.error.p99,
                     rel_rmse,
                     predicted_rel_rmse: estimate.error.rel_rmse,
-                });
+                };
+                before = Some((options, row.clone()));
+                self.rows.push(row);
             }
         }
         progress.stage(&format!("{}: auto", shot.name()));

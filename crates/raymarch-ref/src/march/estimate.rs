@@ -41,11 +41,12 @@ pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, N
         let [p99, rms] = sample.march_error(steps);
         // A lit lamp's steps follow phase function and cone by midpoints: 6 % at 32 steps, falling with their square.
         let midpoints = if facts.light == LightKind::Directional { 1e-5 } else { 60.0 / (steps * steps) };
-        PredictedError { p99: CAUTION * p99 + midpoints, rel_rmse: CAUTION * rms + midpoints }
+        PredictedError { p99: p99 + midpoints, rel_rmse: rms + midpoints }
     };
     Ok(Estimate {
         time_ms: outlook.machine.milliseconds(super::MARCH_ID, &COSTS, 0.0, shared),
         error,
+        keeps: CAUTION * error.worst(),
         memory_bytes: 1 << 16,
     })
 }

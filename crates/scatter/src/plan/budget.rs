@@ -44,9 +44,7 @@ impl Budget {
     /// Whether what is predicted is within it.
     pub fn is_kept_by(&self, estimate: &Estimate) -> bool {
         match *self {
-            Self::Level(_) | Self::Error(_) => {
-                self.error().is_some_and(|error| estimate.error.worst() <= error)
-            }
+            Self::Level(_) | Self::Error(_) => self.error().is_some_and(|error| estimate.keeps <= error),
             // Derived, not predicted.
             Self::Promise(_) => true,
             Self::Time(time) => estimate.time_ms <= time,

@@ -46,13 +46,13 @@ impl Candidate {
         let time = a.time_ms.total_cmp(&b.time_ms);
         kept.then_with(|| match budget {
             Budget::Time(_) if budget.is_kept_by(a) => {
-                let seen = |estimate: &Estimate| estimate.error.worst().max(INVISIBLE_ERROR);
+                let seen = |estimate: &Estimate| estimate.keeps.max(INVISIBLE_ERROR);
                 seen(a).total_cmp(&seen(b)).then(time)
             }
             Budget::Time(_) | Budget::Promise(_) => time,
             Budget::Level(_) | Budget::Error(_) if budget.is_kept_by(a) => time,
             // Nothing keeps it: what is nearest.
-            Budget::Level(_) | Budget::Error(_) => a.error.worst().total_cmp(&b.error.worst()),
+            Budget::Level(_) | Budget::Error(_) => a.keeps.total_cmp(&b.keeps),
         })
     }
 }
@@ -91,8 +91,9 @@ pub fn best_of(
     // A time that nothing fits gets the fastest there is; an error that nobody keeps gets no plan.
     match budget.error() {
         Some(error) if !budget.is_kept_by(&best.estimate) => {
-            let off = 100.0 * best.estimate.error.worst();
-            let reason = format!("off by {off:.2} % at its best, where {} % are asked for", 100.0 * error);
+            let off = 100.0 * best.estimate.keeps;
+            let reason =
+                format!("off by up to {off:.2} % at its best, where {} % are asked for", 100.0 * error);
             Err(refused(reason, Some(best.estimate)))
         }
         _ => Ok(best),

@@ -50,7 +50,7 @@ pub fn why_not(candidate: &Candidate, chosen: &Candidate, budget: Budget) -> Str
         Budget::Time(time) if own.time_ms > time => {
             format!("{} at its fastest", milliseconds(own.time_ms))
         }
-        Budget::Time(_) if own.error.worst() > other.error.worst() => {
+        Budget::Time(_) if own.keeps > other.keeps => {
             format!(
                 "{} within that time, more than {}",
                 off_by(own.error.worst()),
