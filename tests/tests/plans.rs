@@ -1,11 +1,12 @@
 //! What must hold for every plan, over frames of every kind and at the extremes.
 
 use glam::DVec3;
+use raymarch_ref::ShadowMapWalk;
 use scatter::{
-    Budget, Camera, Machine, Plan, PlanError, Quality, ScatterImage, TECHNIQUES, TechniqueSpeed, plan,
-    plan_among,
+    Budget, Camera, Machine, Plan, PlanError, Quality, ScatterImage, SceneFacts, SceneSample, TECHNIQUES,
+    Target, TechniqueSpeed, plan, plan_among, technique, walked_radiance,
 };
-use scatter_testing::{Filling, MapKind, OwnedFrame, Recipe};
+use scatter_testing::{Filling, MapKind, OwnedFrame, Recipe, rel_rmse};
 
 const KINDS: [MapKind; 7] = [
     MapKind::Unshadowed,
@@ -181,4 +182,50 @@ fn what_is_no_budget_and_what_nobody_renders_are_errors_that_say_so() {
     let refused = glass.with(|frame| plan_among(&prefix, frame, Budget::Level(Quality::Game), &machine()));
     let refused = refused.unwrap_err().to_string();
     assert!(refused.contains("light-volume") && refused.contains("texture"), "{refused}");
+}
+
+#[test]
+fn sampled_rays_are_walked_exactly() {
+    let mut largest = 0.0f64;
+    for kind in KINDS {
+        for seed in 0..40 {
+            // A picture of one pixel: its sample is that pixel's ray.
+            let owned = OwnedFrame::random(seed, Recipe { size: [1, 1], ..Recipe::of(kind) });
+            owned.with(|frame| {
+                let sample = SceneSample::of(frame);
+                assert_eq!(sample.rays.len(), 1);
+                let exact = walked_radiance(frame, 0, 0).element_sum() / 3.0;
+                let ray = &sample.rays[0];
+                assert!(
+                    ray.transitions <= 2.0 * ray.lit_runs
+                        && ray.nodes >= f64::from(u8::from(ray.texels > 0.0))
+                );
+                largest = largest.max((ray.radiance - exact).abs() / ray.unoccluded.max(f64::MIN_POSITIVE));
+            });
+        }
+    }
+    // Both add the same stretches in f64, one of them by subtracting the dark ones from the whole.
+    println!("largest difference {largest:.1e} of the unoccluded light, 1e-11 allowed");
+    assert!(largest < 1e-11, "{largest}");
+}
+
+#[test]
+fn a_march_is_off_by_about_what_the_sample_says() {
+    let owned = stock(MapKind::Orthographic);
+    let exact = owned.render(&mut ShadowMapWalk::new());
+    for steps in [16, 64, 256] {
+        let march = technique("raymarch").expect("the marcher");
+        let found = owned.with(|frame| {
+            let facts = SceneFacts::of(frame);
+            let text = steps.to_string();
+            let target = Target::Quality(Quality::Game);
+            march.configure(target, &[("steps", text.as_str())], &facts).expect("options")
+        });
+        let mut found = found;
+        let measured = rel_rmse(&owned.render(found.as_mut()), &exact);
+        let [_, predicted] = owned.with(|frame| SceneSample::of(frame).march_error(f64::from(steps)));
+        println!("{steps} steps: measured {measured:.2e}, predicted {predicted:.2e}");
+        // Some hundred rays of 15,000, and edges that are not where chance puts them: a factor of two.
+        assert!(measured < 2.0 * predicted && predicted < 2.0 * measured, "{steps}: {measured} {predicted}");
+    }
 }
