@@ -56,6 +56,14 @@ fn assert_only_this_rule_breaks(fault: Fault, rule: HouseRule, word: &str) {
         fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
             self.0.ladder().into_iter().take(3).collect()
         }
+        fn estimate(
+            &self,
+            target: scatter::Target,
+            overrides: &[(&str, &str)],
+            outlook: &scatter::Outlook<'_>,
+        ) -> Result<scatter::Estimate, scatter::NoEstimate> {
+            self.0.estimate(target, overrides, outlook)
+        }
     }
     let good = Preset(TECHNIQUES[0]);
     let mutant = Mutant { good: &good, fault };

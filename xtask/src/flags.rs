@@ -24,6 +24,10 @@ pub enum Command {
     Tradeoff(Tradeoff),
     /// One shot, one technique, one image
     Render(Render),
+    /// A scene and a budget: the technique to take and its settings, predicted time and error, and why
+    Plan(Plan),
+    /// This machine's speed, for the planner: a minute, once
+    Calibrate(Calibrate),
     /// The error figures of two images: the first is the reference
     Compare(Compare),
     /// The techniques with paper, light kinds, media, what they cannot do, options with range and default
@@ -111,6 +115,9 @@ pub struct Validate {
     /// Compare with an earlier run's --json: errors must not have grown, times are shown as ratios; exit 1 if one has
     #[arg(long, value_name = "FILE.json")]
     pub baseline: Option<PathBuf>,
+    /// Machine file of the planner behind --method auto [default: what calibrate wrote, else the built-in one]
+    #[arg(long, value_name = "FILE.toml")]
+    pub machine: Option<PathBuf>,
 }
 
 /// `tradeoff`.
@@ -169,6 +176,46 @@ pub struct Render {
     /// reach to the farthest surface and half as far again
     #[arg(long, value_name = "F.obj")]
     pub export_mesh: Option<PathBuf>,
+    /// Machine file of the planner behind --method auto [default: what calibrate wrote, else the built-in one]
+    #[arg(long, value_name = "FILE.toml")]
+    pub machine: Option<PathBuf>,
+}
+
+/// `plan`.
+#[derive(Debug, Clone, Args)]
+#[command(mut_arg("quality", |arg| arg.help("Level to reach where no budget is given: preview, game or film")))]
+pub struct Plan {
+    /// Shot file, mesh, or name of a built-in shot; repeatable with --survey [default there: all built-in shots]
+    #[arg(long = "shot", value_name = "FILE|NAME")]
+    pub shots: Vec<String>,
+    #[command(flatten)]
+    pub rendering: Rendering,
+    /// Least time at an error: preview, game or film, or a number that p99 and rel_rmse are to be within
+    #[arg(long, value_name = "LEVEL|NUMBER", conflicts_with_all = ["promise", "time"])]
+    pub error: Option<String>,
+    /// Least time at a promise: an error of at most this share of each pixel's unoccluded value
+    #[arg(long, value_name = "NUMBER", conflicts_with = "time")]
+    pub promise: Option<f64>,
+    /// Least error within a time
+    #[arg(long, value_name = "MS")]
+    pub time: Option<f64>,
+    /// Then render, and print what was measured beside what was predicted
+    #[arg(long)]
+    pub check: bool,
+    /// Instead: predicted against measured over all techniques, levels and shots, and what auto loses to the best
+    #[arg(long, conflicts_with_all = ["error", "promise", "time", "check"])]
+    pub survey: bool,
+    /// Machine file [default: what calibrate wrote, else the built-in one]
+    #[arg(long, value_name = "FILE.toml")]
+    pub machine: Option<PathBuf>,
+}
+
+/// `calibrate`.
+#[derive(Debug, Args)]
+pub struct Calibrate {
+    /// The file to write [default: scatter-machine.toml in the user's config folder]
+    #[arg(long, value_name = "FILE.toml")]
+    pub machine: Option<PathBuf>,
 }
 
 /// `compare`.

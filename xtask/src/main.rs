@@ -3,8 +3,10 @@
 //! `main` reads the command line, dispatches, and turns what comes back into an exit code: 0 all is well, 1 a
 //! technique is out of tolerance (or a check failed), 2 the input or the command line is wrong (one line on stderr).
 
+mod auto;
 mod commands;
 mod flags;
+mod machine_file;
 mod mesh_file;
 mod output;
 mod progress;
@@ -72,6 +74,8 @@ fn dispatch(command: Command) -> anyhow::Result<Verdict> {
         Command::Validate(flags) => commands::validate::run(&flags),
         Command::Tradeoff(flags) => commands::tradeoff::run(&flags),
         Command::Render(flags) => commands::render::run(&flags),
+        Command::Plan(flags) => commands::plan::run(&flags),
+        Command::Calibrate(flags) => commands::calibrate::run(&flags),
         Command::Compare(flags) => commands::compare::run(&flags),
         Command::Methods(flags) => commands::methods::run(&flags),
         Command::Shots(flags) => commands::shots::run(&flags),

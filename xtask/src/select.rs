@@ -10,7 +10,7 @@ use scatter_scene::{
     load_shot,
 };
 use scatter_validate::staged_shot::resized;
-use scatter_validate::{Baseline, HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+use scatter_validate::{AUTO, Baseline, HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
 use crate::flags::{Maps, Rendering, ShadowSource};
 use crate::output::stderr_line;
@@ -35,6 +35,8 @@ pub enum ShotSource {
 pub enum Method {
     /// A technique or the marcher.
     Technique(&'static dyn Technique),
+    /// What a planner chooses.
+    Auto,
     /// The exact image for the shadow map.
     ShadowMapTruth,
     /// The exact image for the triangles.
@@ -90,6 +92,7 @@ impl ShotSource {
 /// Finds a technique or reference by its id.
 pub fn method(id: &str) -> anyhow::Result<Method> {
     match id {
+        AUTO => Ok(Method::Auto),
         SHADOW_MAP_TRUTH => Ok(Method::ShadowMapTruth),
         RAYCAST_TRUTH => Ok(Method::RaycastTruth),
         HEIGHT_FIELD_TRUTH => Ok(Method::HeightFieldTruth),
@@ -103,7 +106,7 @@ pub fn method(id: &str) -> anyhow::Result<Method> {
 /// All ids that `--method` takes.
 pub fn method_ids() -> Vec<&'static str> {
     let techniques = TECHNIQUES.iter().map(|technique| technique.info().id);
-    [RAYCAST_TRUTH, SHADOW_MAP_TRUTH, HEIGHT_FIELD_TRUTH].into_iter().chain(techniques).collect()
+    [AUTO, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, HEIGHT_FIELD_TRUTH].into_iter().chain(techniques).collect()
 }
 
 /// The marcher, with its step count.
@@ -115,7 +118,9 @@ pub fn baseline() -> Option<Baseline<'static>> {
 pub fn check_options(rendering: &Rendering, techniques: &[&dyn Technique]) -> anyhow::Result<()> {
     for (key, value) in &rendering.set {
         let Some(first) = techniques.first() else {
-            bail!("--set {key}={value}: references have no options; leave it out");
+            bail!(
+                "--set {key}={value}: references and auto have no options; leave it out, or name a technique"
+            );
         };
         if techniques.iter().all(|technique| technique.info().option(key).is_err()) {
             // One technique's own message lists its options; with several every list would be too long.

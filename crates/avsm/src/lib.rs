@@ -15,6 +15,7 @@
 
 mod curve;
 mod curves;
+mod estimate;
 mod map;
 mod nodes;
 mod options;

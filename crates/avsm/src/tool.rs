@@ -1,10 +1,11 @@
 //! The technique as tools see it: its options as a table, its choice for a target, and its ladder of settings.
 
 use scatter_core::{
-    Choice, Configurable, MemoryBound, OptionError, OptionRange, OptionTable, Rounding, SceneFacts, Target,
-    TechniqueInfo, VolumetricShadow, option_row,
+    Choice, Configurable, Estimate, MemoryBound, NoEstimate, OptionError, OptionRange, OptionTable, Outlook,
+    Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
+use crate::estimate::predicted;
 use crate::options::{Between, Curve, ID, MOST_CURVES, Moments, Nodes, Opaque, Options, Removal, Texels};
 use crate::technique::{Avsm, CAPABILITIES};
 
@@ -117,6 +118,10 @@ impl Configurable for AvsmTechnique {
 
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
         [4.0, 8.0, 16.0].map(|nodes| vec![("nodes", nodes)]).into()
+    }
+
+    fn predict(&self, options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
+        predicted(options, outlook)
     }
 }
 

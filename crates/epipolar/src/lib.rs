@@ -56,6 +56,7 @@ pub mod baran;
 
 mod paper;
 
+pub mod estimate;
 mod options;
 mod technique;
 mod tool;

@@ -1,13 +1,14 @@
 //! The integrator as tools see it: its options as a table, its choice for a target, and its ladder of settings.
 
 use scatter_core::{
-    Choice, Configurable, MemoryBound, OptionError, OptionRange, OptionTable, OptionValue, Rounding,
-    SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
+    Choice, Configurable, Estimate, MemoryBound, NoEstimate, OptionError, OptionRange, OptionTable,
+    OptionValue, Outlook, Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
 use crate::baran::sums::SumAlgorithm;
 use crate::baran::{Cells, Factorisation, MAX_RANK};
 use crate::driver::{MOST_HALVINGS, Resampling};
+use crate::estimate::predicted;
 use crate::options::{ID, NearEpipole, Options};
 use crate::paper::SampledCells;
 use crate::technique::{CAPABILITIES, Epipolar};
@@ -184,6 +185,10 @@ impl Configurable for EpipolarTechnique {
             ]
         });
         settings.into()
+    }
+
+    fn predict(&self, options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
+        predicted(options, outlook)
     }
 }
 

@@ -20,6 +20,7 @@
 mod basis_tests;
 #[cfg(test)]
 mod certificate_tests;
+mod estimate;
 mod exact;
 pub mod filtered_map;
 pub mod fourier;

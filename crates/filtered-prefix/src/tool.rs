@@ -2,10 +2,11 @@
 
 use epipolar::driver::MOST_HALVINGS;
 use scatter_core::{
-    Choice, Configurable, MemoryBound, OptionError, OptionRange, OptionTable, OptionValue, Rounding,
-    SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
+    Choice, Configurable, Estimate, MemoryBound, NoEstimate, OptionError, OptionRange, OptionTable,
+    OptionValue, Outlook, Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
+use crate::estimate::predicted;
 use crate::fourier::FOURIER_COUNTS;
 use crate::moments::COUNTS;
 use crate::options::{Basis, Fetch, Filter, ID, Options, Rectification, Weighting};
@@ -263,6 +264,10 @@ impl Configurable for FilteredPrefixTechnique {
             ]
         });
         settings.into()
+    }
+
+    fn predict(&self, options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
+        predicted(options, outlook)
     }
 }
 

@@ -20,6 +20,7 @@
     reason = "lanes and channels of several arrays go side by side; an index says so, and the compiler makes vectors of it"
 )]
 
+mod estimate;
 mod grid;
 mod light;
 mod options;

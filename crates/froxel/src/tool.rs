@@ -1,10 +1,11 @@
 //! The technique as tools see it: its options as a table, its choice for a target, and its ladder of settings.
 
 use scatter_core::{
-    Choice, MemoryBound, OptionError, OptionRange, OptionTable, OptionValue, Rounding, SceneFacts, Target,
-    Technique, TechniqueInfo, VolumetricShadow, option_row,
+    Choice, Estimate, MemoryBound, NoEstimate, OptionError, OptionRange, OptionTable, OptionValue, Outlook,
+    Rounding, SceneFacts, Target, Technique, TechniqueInfo, VolumetricShadow, option_row,
 };
 
+use crate::estimate::predicted;
 use crate::options::{ID, Lookup, MOST_CELLS, MOST_FRAMES, MOST_SIDE, Options};
 use crate::technique::{CAPABILITIES, Froxel};
 
@@ -134,6 +135,17 @@ impl Technique for FroxelTechnique {
             vec![("grid", OptionValue::Grid(grid).to_string()), ("frames", u32::to_string(&frames))]
         };
         GRIDS.into_iter().map(text).collect()
+    }
+
+    fn estimate(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        outlook: &Outlook<'_>,
+    ) -> Result<Estimate, NoEstimate> {
+        let options = options_for(target, overrides, &outlook.sample.facts)
+            .map_err(|error| NoEstimate::because(error.to_string()))?;
+        predicted(&options, outlook)
     }
 }
 

@@ -10,6 +10,7 @@
 //! ```
 
 pub mod airlight;
+mod estimate;
 pub mod options;
 pub mod raster;
 pub mod surface_light;

@@ -1,10 +1,11 @@
 //! The technique as tools see it: its options as a table, its choice for a target, and its ladder of settings.
 
 use scatter_core::{
-    Choice, Configurable, MemoryBound, OptionError, OptionRange, OptionTable, Rounding, SceneFacts, Target,
-    TechniqueInfo, VolumetricShadow, option_row,
+    Choice, Configurable, Estimate, MemoryBound, NoEstimate, OptionError, OptionRange, OptionTable, Outlook,
+    Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
+use crate::estimate::predicted;
 use crate::options::{Accumulate, ID, Options, Surface, Tessellation};
 use crate::technique::{CAPABILITIES, LightVolume};
 
@@ -100,6 +101,10 @@ impl Configurable for LightVolumeTechnique {
 
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
         [0.01, 3e-3, 1e-3, 3e-4, 1e-4, 0.0].map(|threshold| vec![("threshold", threshold)]).into()
+    }
+
+    fn predict(&self, options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
+        predicted(options, outlook)
     }
 }
 

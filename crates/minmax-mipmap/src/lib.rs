@@ -25,6 +25,7 @@
 //! no error; what it misses is thinner than the gap between two slices, or between two samples, that agree.
 
 mod depth_codes;
+mod estimate;
 mod exact;
 mod options;
 pub mod sampling;

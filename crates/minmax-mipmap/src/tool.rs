@@ -1,10 +1,11 @@
 //! The technique as tools see it: its options as a table, its choice for a target, and its ladder of settings.
 
 use scatter_core::{
-    Choice, Configurable, MemoryBound, OptionError, OptionRange, OptionTable, Rounding, SceneFacts, Target,
-    TechniqueInfo, VolumetricShadow, option_row,
+    Choice, Configurable, Estimate, MemoryBound, NoEstimate, OptionError, OptionRange, OptionTable, Outlook,
+    Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
+use crate::estimate::predicted;
 use crate::options::{Downscale, Edges, ID, MOST_HALVINGS, Mode, Options};
 use crate::slices::TreeKind;
 use crate::technique::{CAPABILITIES, MinMaxMipmap};
@@ -148,6 +149,10 @@ impl Configurable for MinMaxMipmapTechnique {
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
         // Exact has one setting.
         vec![vec![]]
+    }
+
+    fn predict(&self, options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
+        predicted(options, outlook)
     }
 }
 

@@ -10,6 +10,7 @@
 
 mod angle_span;
 mod cascade_maps;
+mod estimate;
 mod fog_lamp_lanes;
 mod fog_sun_packet;
 mod fog_window;

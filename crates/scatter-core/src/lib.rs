@@ -57,6 +57,11 @@ mod walked_radiance;
 
 mod option_table;
 mod quality;
+
+mod estimate;
+mod machine;
+mod scene_sample;
+
 mod technique;
 
 mod modelled;
@@ -74,6 +79,7 @@ pub use capabilities::{Capabilities, Limits};
 pub use clip_space::ClipSpace;
 pub use depth_map::{DepthEncoding, DepthMap};
 pub use error::ModelError;
+pub use estimate::{Estimate, NoEstimate, Outlook, PredictedError};
 #[doc(no_inline)]
 pub use fearless_simd;
 pub use fog_lanes::FogLanes;
@@ -85,6 +91,7 @@ pub use lamp_interval::{LampIntegral, LampRay, airlight};
 pub use lamp_interval_f32::LampIntegralF32;
 pub use light::{DirectionalLight, Light, LightTexture, PointLight, SpotLight};
 pub use light_integral_f32::LightIntegralF32;
+pub use machine::{CostModel, Machine, TechniqueSpeed, UnitCost};
 pub use map_layout::{MAX_CASCADES, MapLayout};
 pub use map_projection::{MapProjection, MapRay, cube_face_of};
 pub use map_source::{MapError, MapSource};
@@ -102,6 +109,7 @@ pub use render_error::{RenderError, Unsupported};
 pub use render_stats::{NamedList, RenderStats, STATS_CAPACITY, StageClock};
 pub use scatter_image::ScatterImage;
 pub use scene_facts::SceneFacts;
+pub use scene_sample::{SampledRay, SceneSample, Triple};
 pub use setup::Setup;
 pub use shadow_depth::ShadowDepthEncoding;
 pub use shadow_map::{CubeShadow, ShadowLayer, ShadowMap};

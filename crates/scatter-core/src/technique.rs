@@ -1,6 +1,7 @@
 //! The traits: what a technique does for an engine, and what it tells to tools.
 
 use crate::capabilities::Capabilities;
+use crate::estimate::{Estimate, NoEstimate, Outlook};
 use crate::frame::Frame;
 use crate::option_table::{NO_OPTIONS, OptionError, OptionInfo, OptionList, OptionTable};
 use crate::quality::Target;
@@ -56,6 +57,15 @@ pub trait Technique: Sync {
 
     /// Settings from the cheapest to the finest, each a list of overrides: the rungs of a trade-off.
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>>;
+
+    /// What it predicts of the instance that [`Self::configure`] gives for the same target and overrides, before anything is
+    /// rendered: O(1) beside what the outlook holds. A technique, or a setting, for which nobody has a model says so.
+    fn estimate(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        outlook: &Outlook<'_>,
+    ) -> Result<Estimate, NoEstimate>;
 }
 
 /// A technique with a table of options: all that it says about them.
@@ -83,6 +93,9 @@ pub trait Configurable: Sync {
 
     /// Keys of a trade-off's settings and their values, from the cheapest to the finest.
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>>;
+
+    /// What these options cost and are off by on a frame, as [`Technique::estimate`].
+    fn predict(&self, options: &Self::Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate>;
 }
 
 impl<T: Configurable> Technique for T {
@@ -111,6 +124,17 @@ impl<T: Configurable> Technique for T {
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         let text = |(key, value): (&'static str, f64)| (key, value.to_string());
         self.rungs().into_iter().map(|rung| rung.into_iter().map(text).collect()).collect()
+    }
+
+    fn estimate(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        outlook: &Outlook<'_>,
+    ) -> Result<Estimate, NoEstimate> {
+        let options = options_of(self, target, overrides, &outlook.sample.facts)
+            .map_err(|error| NoEstimate::because(error.to_string()))?;
+        self.predict(&options, outlook)
     }
 }
 

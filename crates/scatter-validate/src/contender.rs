@@ -1,7 +1,10 @@
 //! What is put to the test: a technique at its finest setting, or the reference that judges the others.
 
 use raymarch_ref::ShadowMapWalk;
-use scatter_core::{OptionError, Quality, SceneFacts, Target, Technique, TechniqueInfo, VolumetricShadow};
+use scatter_core::{
+    Estimate, NoEstimate, OptionError, Outlook, Quality, SceneFacts, Target, Technique, TechniqueInfo,
+    VolumetricShadow,
+};
 
 use crate::truths::SHADOW_MAP_TRUTH;
 
@@ -88,5 +91,14 @@ impl Technique for ReferenceTechnique {
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         Vec::new()
+    }
+
+    fn estimate(
+        &self,
+        _target: Target,
+        _overrides: &[(&str, &str)],
+        _outlook: &Outlook<'_>,
+    ) -> Result<Estimate, NoEstimate> {
+        Err(NoEstimate::because("it is a reference"))
     }
 }

@@ -26,6 +26,14 @@ pub enum JudgeError {
     /// A pool of one thread that cannot be made.
     #[error("one thread cannot be started: {0}")]
     Thread(rayon::ThreadPoolBuildError),
+    /// No plan for a shot.
+    #[error("{shot}: {reason}")]
+    Plan {
+        /// The shot.
+        shot: String,
+        /// Why.
+        reason: String,
+    },
     /// Images that cannot be compared.
     #[error("{shot}: {source}")]
     Compare {

@@ -18,6 +18,7 @@ pub mod stress;
 pub mod staged_shot;
 
 pub mod measure;
+pub mod planned;
 pub mod truths;
 
 pub mod figures;
@@ -53,6 +54,7 @@ pub use judged_shot::{JudgedShot, MapJudgedShot};
 pub use machine::Machine;
 pub use maps_table::maps_table;
 pub use matrix::{ForeignImage, Matrix, Pictures, ShotResult};
+pub use planned::{AUTO, PlannedPass, Planner};
 pub use regression::{Regression, RegressionError};
 pub use row::{Document, Errors, Row, Verdict};
 pub use settings::Settings;

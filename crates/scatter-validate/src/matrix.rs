@@ -8,6 +8,7 @@ use crate::judge_error::JudgeError;
 use crate::judged_shot::JudgedShot;
 use crate::measure::{Measurement, Outcome, Renderer, measure};
 use crate::options::at_level;
+use crate::planned::{AUTO, Planner, measure_planned};
 use crate::row::{Errors, Row, Verdict};
 use crate::settings::{Options, Settings, pairs};
 use crate::staged_shot::StagedShot;
@@ -25,6 +26,8 @@ pub struct Matrix<'a> {
     /// Whose time at the same level the others' times are divided into; it runs at the cheapest setting that
     /// reaches the level.
     pub baseline: Option<Baseline<'a>>,
+    /// Who chooses a technique a shot for a further row, `auto`.
+    pub planner: Option<&'a dyn Planner>,
     /// How the techniques are run.
     pub settings: Settings,
     /// What they must keep.
@@ -87,6 +90,7 @@ impl Matrix<'_> {
         self.add_truths(&judged, &mut collected)?;
         self.add_foreign(&judged, images, &mut collected)?;
         self.add_techniques(&judged, &mut collected, progress)?;
+        self.add_planned(&judged, &mut collected, progress)?;
         self.fill_ratios(&judged, &mut collected, progress)?;
         self.fill_raycast_map_times(&judged, &mut collected, progress)?;
         Ok(collected.with_truths(judged))
@@ -164,6 +168,32 @@ impl Matrix<'_> {
         Ok(())
     }
 
+    /// A row of what the planner chooses. Its image is that of the technique that it names.
+    fn add_planned(
+        &self,
+        judged: &JudgedShot,
+        to: &mut Collected,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<(), JudgeError> {
+        let Some(planner) = self.planner else { return Ok(()) };
+        let shot = judged.shot();
+        progress(&format!("{}: {AUTO}", shot.name()));
+        let (measurement, choice) = match measure_planned(shot, planner, self.settings.repeat) {
+            Err(JudgeError::Plan { reason, .. }) => {
+                to.rows.push(self.unsupported_row(shot, AUTO, &reason));
+                return Ok(());
+            }
+            planned => planned?,
+        };
+        let mut row = Row::new(shot, &measurement, &self.settings, judged.errors(&measurement)?);
+        (row.method, row.requested) = (choice.method, Some(AUTO.into()));
+        (row.options, row.overrides) = (choice.options, choice.overrides);
+        row.level = Some(self.settings.quality.to_string());
+        row.verdict = Some(self.verdict(&row));
+        to.rows.push(row);
+        Ok(())
+    }
+
     /// The baseline's time at the level over each technique's. The baseline is run for its time alone where it has no
     /// row of its own.
     fn fill_ratios(
@@ -174,7 +204,8 @@ impl Matrix<'_> {
     ) -> Result<(), JudgeError> {
         let Some(baseline) = self.baseline else { return Ok(()) };
         let is_timed = |row: &&Row| row.level.is_some() && row.total_ms() > 0.0;
-        let own_row = to.rows.iter().filter(is_timed).rfind(|row| baseline.is(&row.method));
+        let is_own = |row: &&Row| row.requested.is_none() && baseline.is(&row.method);
+        let own_row = to.rows.iter().filter(is_timed).rfind(is_own);
         let mut baseline_ms = own_row.map(Row::total_ms);
         if baseline_ms.is_none() && !to.images.is_empty() {
             let (technique, shot) = (baseline.technique, judged.shot());

@@ -72,6 +72,8 @@ struct EarlierRow {
     shot: String,
     method: String,
     #[serde(default)]
+    requested: Option<String>,
+    #[serde(default)]
     level: Option<String>,
     size: [u32; 2],
     shadow_map: u32,
@@ -146,7 +148,8 @@ impl EarlierRow {
 
     fn is_of(&self, row: &Row) -> bool {
         self.shot == row.shot
-            && self.method == row.method
+            && self.requested == row.requested
+            && (self.method == row.method || row.requested.is_some())
             && self.level == row.level
             && self.size == row.size
             && self.shadow_map == row.shadow_map

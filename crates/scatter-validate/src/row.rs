@@ -17,6 +17,9 @@ pub struct Row {
     pub shot: String,
     /// The technique's id.
     pub method: String,
+    /// `auto` where a planner chose the technique.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub requested: Option<String>,
     /// The values of all options that it ran with; none for a reference.
     pub options: BTreeMap<String, String>,
     /// Those that were set by hand or searched for; the others follow from the level.
@@ -102,6 +105,7 @@ impl Row {
         Self {
             shot: shot.name().to_string(),
             method: measurement.method.clone(),
+            requested: None,
             options: Default::default(),
             overrides: Default::default(),
             size: measurement.image.size,
@@ -159,6 +163,7 @@ pub(crate) mod tests {
         Row {
             shot: shot.into(),
             method: method.into(),
+            requested: None,
             options: BTreeMap::new(),
             overrides: BTreeMap::new(),
             size: [4, 3],

@@ -92,7 +92,11 @@ fn word(verdict: Option<&Verdict>) -> &'static str {
 
 /// The method with the options that it ran with, where they were not its own choice.
 fn method(row: &Row) -> String {
-    row.overrides.iter().fold(row.method.clone(), |text, (key, value)| format!("{text} {key}={value}"))
+    let name = match &row.requested {
+        Some(requested) => format!("{requested}: {}", row.method),
+        None => row.method.clone(),
+    };
+    row.overrides.iter().fold(name, |text, (key, value)| format!("{text} {key}={value}"))
 }
 
 /// A fraction as a number of percent, three digits.

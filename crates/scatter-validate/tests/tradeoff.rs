@@ -2,8 +2,9 @@
 
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{
-    Camera, Capabilities, Frame, Light, Medium, OptionError, Phase, RenderError, RenderStats, ScatterImage,
-    SceneFacts, Target, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
+    Camera, Capabilities, Estimate, Frame, Light, Medium, NoEstimate, OptionError, Outlook, Phase,
+    RenderError, RenderStats, ScatterImage, SceneFacts, Target, Technique, TechniqueInfo, Unsupported,
+    VolumetricShadow,
 };
 use scatter_scene::{Scene, Shot, ShotLight};
 use scatter_validate::tradeoff::{Limits, Motion, MotionRow, Rung, ShotTrade, Sweep, level_rows};
@@ -123,6 +124,10 @@ impl Technique for Known {
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         ["0.3", "0.05", "0.0007", "0.0003"].map(|error| vec![("error", error.to_string())]).to_vec()
+    }
+
+    fn estimate(&self, _: Target, _: &[(&str, &str)], _: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
+        Err(NoEstimate::because("a test"))
     }
 }
 

@@ -59,6 +59,9 @@
 //!
 //! An engine that wants one technique alone can depend on that technique's crate instead.
 
+mod plan;
+
+pub use plan::{Budget, MapAdvice, MapKindAdvice, Plan, PlanError, Rejected, plan, plan_among};
 pub use scatter_core::*;
 
 #[cfg(feature = "avsm")]

@@ -1,11 +1,14 @@
 //! One file a command: each reads its flags, calls the libraries, prints.
 
+pub mod calibrate;
 pub mod compare;
 mod foreign;
 mod light_curves;
 pub mod methods;
 pub mod mutants;
 mod page;
+pub mod plan;
+mod plan_survey;
 pub mod render;
 pub mod shots;
 pub mod stress;

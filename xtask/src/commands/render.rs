@@ -4,18 +4,21 @@ use std::fmt::Write;
 
 use anyhow::{Context, bail};
 use raymarch_ref::{HeightFieldWalk, ShadowMapWalk};
-use scatter::Target;
+use scatter::{Budget, Target};
 use scatter_scene::{RaycastTruth, write_exr, write_png};
 use scatter_validate::judged_shot::against;
 use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
+use scatter_validate::planned::measure_planned;
 use scatter_validate::report::exposure;
 use scatter_validate::truths::{height_field_truth, raycast_truth, shadow_map_truth};
 use scatter_validate::{
-    Errors, HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, Row, SHADOW_MAP_TRUTH, Settings, StagedShot,
+    AUTO, Errors, HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, Row, SHADOW_MAP_TRUTH, Settings, StagedShot,
 };
 
 use crate::Verdict;
+use crate::auto::AutoPlanner;
 use crate::flags::{CompareWith, Render};
+use crate::machine_file::machine_of;
 use crate::mesh_file::export_mesh;
 use crate::output::{check_writable, print, print_json, stderr_line};
 use crate::progress::Progress;
@@ -35,6 +38,9 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
         Method::Technique(technique) => check_options(rendering, &[technique])?,
         _ => check_options(rendering, &[])?,
     }
+    // What is wrong with its file is said before any work.
+    let machine =
+        if matches!(method, Method::Auto) { Some(machine_of(flags.machine.as_deref())?) } else { None };
     let has_use = flags.out.is_some() || flags.png.is_some() || flags.export_mesh.is_some();
     if !has_use && !rendering.json && flags.compare.is_none() {
         bail!("render: nothing to do with the image; give --out F.exr, --png F.png, --compare or --json");
@@ -60,7 +66,11 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
             repeat: rendering.repeat,
             threads,
         };
-        anyhow::Ok((render(flags, id, method, shot, &settings, &progress)?, notes))
+        let planner = machine.map(|machine| AutoPlanner {
+            budget: Budget::Level(rendering.quality),
+            machine: machine.with_threads(threads),
+        });
+        anyhow::Ok((render(flags, id, (method, planner.as_ref()), shot, &settings, &progress)?, notes))
     })??;
     drop(progress);
     for note in notes {
@@ -78,7 +88,7 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
 fn render(
     flags: &Render,
     id: &str,
-    method: Method,
+    (method, planner): (Method, Option<&AutoPlanner>),
     shot: scatter_scene::Shot,
     settings: &Settings,
     progress: &Progress,
@@ -95,7 +105,13 @@ fn render(
         StagedShot::without_maps(shot, settings.resolution, device)?
     };
     progress.stage(&format!("{}: {id}", shot.name()));
-    let measurement = rendered(method, &shot, settings)?;
+    let (measurement, planned) = match planner {
+        Some(planner) => {
+            let (measurement, choice) = measure_planned(&shot, planner, settings.repeat)?;
+            (measurement, Some(choice))
+        }
+        None => (rendered(method, &shot, settings)?, None),
+    };
     // What they follow from is gone with the maps.
     let resolved = match method {
         Method::Technique(technique) => {
@@ -144,6 +160,11 @@ fn render(
         row.options = resolved;
         row.level = Some(settings.quality.to_string());
     }
+    if let Some(planned) = planned {
+        (row.method, row.requested) = (planned.method, Some(AUTO.into()));
+        (row.options, row.overrides) = (planned.options, planned.overrides);
+        row.level = Some(settings.quality.to_string());
+    }
     Ok(row)
 }
 
@@ -158,6 +179,7 @@ fn rendered(method: Method, shot: &StagedShot, settings: &Settings) -> anyhow::R
         Method::ShadowMapTruth => Renderer::Shared(&mut walk),
         Method::RaycastTruth => Renderer::Shared(&mut raycast),
         Method::HeightFieldTruth => Renderer::Shared(&mut height_field),
+        Method::Auto => bail!("{}: auto has no planner", shot.name()),
         Method::Technique(technique) => {
             let target = Target::Quality(settings.quality);
             Renderer::configured(technique, target, &overrides(settings), shot)?.context("--set")?

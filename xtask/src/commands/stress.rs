@@ -94,6 +94,7 @@ fn contenders(ids: &[String]) -> anyhow::Result<Vec<Contender<'static>>> {
         match method(id)? {
             Method::Technique(technique) => techniques.push(technique),
             Method::ShadowMapTruth => {}
+            Method::Auto => anyhow::bail!("--method {id}: extremes are for techniques; name one"),
             Method::HeightFieldTruth => anyhow::bail!(
                 "--method {id}: it judges interpolated maps alone, which extremes are not; give another one"
             ),

@@ -213,7 +213,9 @@ fn techniques(flags: &Tradeoff) -> anyhow::Result<Vec<&'static dyn Technique>> {
         match method(id)? {
             Method::Technique(technique) => techniques.push(technique),
             Method::ShadowMapTruth if flags.motion => {}
-            _ => bail!("--method {id}: a reference has no settings to choose from; name a technique"),
+            _ => bail!(
+                "--method {id}: a reference, and auto, has no settings to choose from; name a technique"
+            ),
         }
     }
     Ok(techniques)

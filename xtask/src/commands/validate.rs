@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use scatter::{TECHNIQUES, Technique};
+use scatter::{Budget, TECHNIQUES, Technique};
 use scatter_scene::RasterDevice;
 use scatter_validate::regression::Comparison;
 use scatter_validate::report::{Report, Section};
@@ -19,7 +19,9 @@ use super::foreign::Foreign;
 use super::sweep::{self, Job};
 use super::{light_curves, page, stress};
 use crate::Verdict;
+use crate::auto::AutoPlanner;
 use crate::flags::{Rendering, Validate};
+use crate::machine_file::machine_of;
 use crate::output::{check_folder, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
@@ -71,11 +73,18 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
             repeat: rendering.repeat,
             threads,
         };
+        let planner = AutoPlanner {
+            budget: Budget::Level(rendering.quality),
+            machine: machine_of(flags.machine.as_deref())?.with_threads(threads),
+        };
+        let is_planned =
+            foreign.is_none() && (methods.is_empty() || methods.iter().any(|m| matches!(m, Method::Auto)));
         let matrix = Matrix {
             techniques: techniques.clone(),
             map_row: methods.is_empty() || methods.iter().any(|m| matches!(m, Method::ShadowMapTruth)),
             raycast_row: methods.iter().any(|m| matches!(m, Method::RaycastTruth)),
             baseline: baseline(),
+            planner: (is_planned && rendering.set.is_empty()).then_some(&planner as _),
             settings,
             tolerances,
         };

@@ -4,6 +4,7 @@ mod cascades;
 mod compare;
 mod errors;
 mod foreign;
+mod plan;
 mod regression;
 mod render;
 mod stress;

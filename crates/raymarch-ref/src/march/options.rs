@@ -1,11 +1,13 @@
 //! The marcher's options, and the marcher as tools see it.
 
 use scatter_core::{
-    Choice, Configurable, LightKind, MemoryBound, OptionError, OptionRange, OptionTable, OptionValue,
-    Quality, Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
+    Choice, Configurable, Estimate, LightKind, MemoryBound, NoEstimate, OptionError, OptionRange,
+    OptionTable, OptionValue, Outlook, Quality, Rounding, SceneFacts, Target, TechniqueInfo,
+    VolumetricShadow, option_row,
 };
 
 use super::RayMarch;
+use super::estimate::predicted;
 use super::fog_window::SCALE_HEIGHTS;
 
 /// Most steps a ray; more than the texels that any ray crosses on a 16,384² map, and f32 counts them exactly.
@@ -199,5 +201,9 @@ impl Configurable for RayMarchTechnique {
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
         // 8 to 16384 steps.
         (3..=14).map(|power| vec![("steps", 2f64.powi(power))]).collect()
+    }
+
+    fn predict(&self, options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
+        predicted(options, outlook)
     }
 }

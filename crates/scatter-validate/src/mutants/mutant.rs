@@ -1,8 +1,8 @@
 //! A technique with a fault, made around a correct one.
 
 use scatter_core::{
-    Capabilities, Frame, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts, Target, Technique,
-    TechniqueInfo, Unsupported, VolumetricShadow,
+    Capabilities, Estimate, Frame, NoEstimate, OptionError, Outlook, RenderError, RenderStats, ScatterImage,
+    SceneFacts, Target, Technique, TechniqueInfo, Unsupported, VolumetricShadow,
 };
 
 use super::fault::Fault;
@@ -44,6 +44,15 @@ impl Technique for Mutant<'_> {
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         self.good.ladder()
+    }
+
+    fn estimate(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        outlook: &Outlook<'_>,
+    ) -> Result<Estimate, NoEstimate> {
+        self.good.estimate(target, overrides, outlook)
     }
 }
 

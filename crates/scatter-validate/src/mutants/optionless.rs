@@ -1,6 +1,9 @@
 //! A renderer as tools see techniques: without options, the same for every target.
 
-use scatter_core::{OptionError, SceneFacts, Target, Technique, TechniqueInfo, VolumetricShadow};
+use scatter_core::{
+    Estimate, NoEstimate, OptionError, Outlook, SceneFacts, Target, Technique, TechniqueInfo,
+    VolumetricShadow,
+};
 
 /// A technique whose instances are copies of one renderer.
 pub struct Optionless<R> {
@@ -35,5 +38,14 @@ impl<R: VolumetricShadow + Copy + Sync + 'static> Technique for Optionless<R> {
 
     fn ladder(&self) -> Vec<Vec<(&'static str, String)>> {
         Vec::new()
+    }
+
+    fn estimate(
+        &self,
+        _target: Target,
+        _overrides: &[(&str, &str)],
+        _outlook: &Outlook<'_>,
+    ) -> Result<Estimate, NoEstimate> {
+        Err(NoEstimate::because("it has no options and no model of its cost"))
     }
 }
