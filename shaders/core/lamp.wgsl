@@ -71,15 +71,15 @@ fn lamp_interval(lamp: LampAlong, a: f32, b: f32) -> vec3<f32> {
             step = min(step, min((start + done) * growth, 4.0 / max(strongest, 1e-18)));
         }
         for (var node = 0u; node < 8u; node++) {
-            let from = done + step * LAMP_NODES[node].x;
-            let r = start + from;
+            let begin = done + step * LAMP_NODES[node].x;
+            let r = start + begin;
             let inverse = 1.0 / (1.0 + r * r);
             let sin_sq = r * r * inverse;
             var value = 2.0 * inverse * step * LAMP_NODES[node].y;
             if fades {
                 value *= cone_factor(lamp, (r * r - 1.0) * inverse, 2.0 * r * inverse);
             }
-            sum += value * scattering(sin_sq, inverse) * exp_negative3(-kappa * from);
+            sum += value * scattering(sin_sq, inverse) * exp_negative3(-kappa * begin);
         }
         done += step;
     }

@@ -1,7 +1,9 @@
 //! Shader modules: files of WGSL, concatenated. Module scope knows no order, so that each noun has one file, and variants
 //! differ in which files they list. No preprocessor.
 
-use BindingKind::{Texture, TextureMultisampled, Uniform, WriteR32Float};
+use BindingKind::{
+    Texture, TextureArray, TextureMultisampled, Uniform, WriteR32Float, WriteRgba16Float, WriteRgba32Float,
+};
 
 /// One assembled shader.
 #[derive(Debug, Clone, Copy)]
@@ -85,6 +87,10 @@ pub mod core {
     pub const SUN: &str = include_str!("../../../shaders/core/sun.wgsl");
     /// Lit intervals near a lamp.
     pub const LAMP: &str = include_str!("../../../shaders/core/lamp.wgsl");
+    /// Sines and angles to f32's rounding.
+    pub const ANGLE: &str = include_str!("../../../shaders/core/angle.wgsl");
+    /// The texture in front of the light (binding 5).
+    pub const GLASS: &str = include_str!("../../../shaders/core/glass.wgsl");
     /// Distances along the rays, read (binding 3).
     pub const DISTANCE: &str = include_str!("../../../shaders/core/distance_in.wgsl");
     /// The image in rgba16float (bindings 6 and 7).
@@ -96,9 +102,10 @@ pub mod core {
 }
 
 /// All modules; the first is the first pass of every technique.
-pub const MODULES: &[&Module] = &[&DISTANCE, &DISTANCE_MULTISAMPLED];
+pub const MODULES: &[&Module] = &[&DISTANCE, &DISTANCE_MULTISAMPLED, &MARCH_HALF, &MARCH_FLOAT, &COMPOSITE];
 
-const DISTANCE: Module = Module {
+/// Depth texels to distances.
+pub const DISTANCE: Module = Module {
     name: "core/distance",
     files: &[
         core::NUMBER,
@@ -114,7 +121,8 @@ const DISTANCE: Module = Module {
     }],
 };
 
-const DISTANCE_MULTISAMPLED: Module = Module {
+/// The same of several samples a pixel.
+pub const DISTANCE_MULTISAMPLED: Module = Module {
     name: "core/distance-multisampled",
     files: &[
         core::NUMBER,
@@ -128,4 +136,60 @@ const DISTANCE_MULTISAMPLED: Module = Module {
         workgroup: [8, 8, 1],
         bindings: &[bind(0, Uniform), bind(1, TextureMultisampled), bind(2, WriteR32Float)],
     }],
+};
+
+macro_rules! march {
+    ($name:literal, $output:expr, $write:ident) => {
+        Module {
+            name: $name,
+            files: &[
+                core::NUMBER,
+                core::FRAME,
+                core::DEPTH,
+                core::MAPS,
+                core::PHASE,
+                core::SUN,
+                core::LAMP,
+                core::ANGLE,
+                core::GLASS,
+                core::DISTANCE,
+                $output,
+                core::OUTPUT,
+                include_str!("../../../shaders/raymarch-ref/visibility.wgsl"),
+                include_str!("../../../shaders/raymarch-ref/march.wgsl"),
+            ],
+            entries: &[Entry {
+                name: "march",
+                workgroup: [8, 8, 1],
+                bindings: &[
+                    bind(0, Uniform),
+                    bind(3, Texture),
+                    bind(4, TextureArray),
+                    bind(5, Texture),
+                    bind(6, $write),
+                    bind(7, $write),
+                ],
+            }],
+        }
+    };
+}
+
+/// The marcher, into rgba16float.
+pub const MARCH_HALF: Module = march!("raymarch/march-half", core::OUTPUT_HALF, WriteRgba16Float);
+/// The marcher, into rgba32float.
+pub const MARCH_FLOAT: Module = march!("raymarch/march-float", core::OUTPUT_FLOAT, WriteRgba32Float);
+
+const COMPOSITE_BINDINGS: &[Binding] =
+    &[bind(0, Uniform), bind(3, Texture), bind(8, Texture), bind(9, Texture)];
+
+/// The image over the engine's picture. Its uniform is the frame's, with the target's first pixel in `counts[1..3]`.
+pub const COMPOSITE: Module = Module {
+    name: "core/composite",
+    files: &[core::NUMBER, core::FRAME, core::DISTANCE, include_str!("../../../shaders/core/composite.wgsl")],
+    entries: &[
+        Entry { name: "composite_vertex", workgroup: [0; 3], bindings: &[] },
+        Entry { name: "composite_grey", workgroup: [0; 3], bindings: COMPOSITE_BINDINGS },
+        Entry { name: "composite_through", workgroup: [0; 3], bindings: COMPOSITE_BINDINGS },
+        Entry { name: "composite_light", workgroup: [0; 3], bindings: COMPOSITE_BINDINGS },
+    ],
 };
