@@ -8,14 +8,20 @@ struct Composed {
     through: vec3<f32>,
 }
 
-@vertex
-fn composite_vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let corner = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
-    return vec4<f32>(corner * 2.0 - 1.0, 0.0, 1.0);
+struct Corner {
+    @builtin(position) position: vec4<f32>,
+    // In pixels of the camera, wherever in the target its viewport is.
+    @location(0) place: vec2<f32>,
 }
 
-fn composed(position: vec2<f32>) -> Composed {
-    let place = position - vec2<f32>(f32(frame.counts.y), f32(frame.counts.z));
+@vertex
+fn composite_vertex(@builtin(vertex_index) index: u32) -> Corner {
+    let corner = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
+    let place = vec2<f32>(corner.x, 1.0 - corner.y) * vec2<f32>(frame.image.xy);
+    return Corner(vec4<f32>(corner * 2.0 - 1.0, 0.0, 1.0), place);
+}
+
+fn composed(place: vec2<f32>) -> Composed {
     let pixel = min(vec2<u32>(max(place, vec2<f32>(0.0))), frame.image.xy - vec2<u32>(1u));
     let block = frame.depth_more.y;
     if block == 1.0 {
@@ -45,19 +51,19 @@ fn composed(position: vec2<f32>) -> Composed {
 
 // Blended as src + dst * src.a.
 @fragment
-fn composite_grey(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    let c = composed(position.xy);
+fn composite_grey(corner: Corner) -> @location(0) vec4<f32> {
+    let c = composed(corner.place);
     return vec4<f32>(c.light, (c.through.x + c.through.y + c.through.z) / 3.0);
 }
 
 // Blended as dst * src: what is left of the picture behind coloured extinction.
 @fragment
-fn composite_through(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    return vec4<f32>(composed(position.xy).through, 1.0);
+fn composite_through(corner: Corner) -> @location(0) vec4<f32> {
+    return vec4<f32>(composed(corner.place).through, 1.0);
 }
 
 // Blended as dst + src.
 @fragment
-fn composite_light(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    return vec4<f32>(composed(position.xy).light, 0.0);
+fn composite_light(corner: Corner) -> @location(0) vec4<f32> {
+    return vec4<f32>(composed(corner.place).light, 0.0);
 }

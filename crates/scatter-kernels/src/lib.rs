@@ -3,6 +3,8 @@
 mod frame_setup;
 mod frame_uniform;
 pub mod modules;
+pub mod plan;
 
 pub use frame_setup::{GpuFrame, SetupError, ShadowDepth};
 pub use frame_uniform::{FARTHEST, FrameUniform, MOST_PHASES, MapLayer, PhaseTerm, flags};
+pub use plan::{Pass, Plan, PlanBuffer, TooLarge};

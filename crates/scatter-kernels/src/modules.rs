@@ -182,12 +182,12 @@ pub const MARCH_FLOAT: Module = march!("raymarch/march-float", core::OUTPUT_FLOA
 const COMPOSITE_BINDINGS: &[Binding] =
     &[bind(0, Uniform), bind(3, Texture), bind(8, Texture), bind(9, Texture)];
 
-/// The image over the engine's picture. Its uniform is the frame's, with the target's first pixel in `counts[1..3]`.
+/// The image over the engine's picture.
 pub const COMPOSITE: Module = Module {
     name: "core/composite",
     files: &[core::NUMBER, core::FRAME, core::DISTANCE, include_str!("../../../shaders/core/composite.wgsl")],
     entries: &[
-        Entry { name: "composite_vertex", workgroup: [0; 3], bindings: &[] },
+        Entry { name: "composite_vertex", workgroup: [0; 3], bindings: &[bind(0, Uniform)] },
         Entry { name: "composite_grey", workgroup: [0; 3], bindings: COMPOSITE_BINDINGS },
         Entry { name: "composite_through", workgroup: [0; 3], bindings: COMPOSITE_BINDINGS },
         Entry { name: "composite_light", workgroup: [0; 3], bindings: COMPOSITE_BINDINGS },
