@@ -1,1 +1,8 @@
+//! For tests, tools and reports on machines with a driver: a device of one's own, and every technique of this crate as a
+//! `VolumetricShadow` that uploads a frame, submits, waits and reads back. Engines do none of that.
 
+mod device;
+mod technique;
+
+pub use device::{Bound, HarnessDevice, NoAdapter};
+pub use technique::{GpuTechnique, MARCH_GPU_ID};
