@@ -250,22 +250,23 @@ fn walk_layers(place: vec2<f32>, s_end: f32) {
 }
 
 @compute @workgroup_size(8, 8)
-fn traverse(@builtin(global_invocation_id) pixel: vec3<u32>) {
-    if pixel.x >= frame.image.x || pixel.y >= frame.image.y {
+fn traverse(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= image_size()) {
         return;
     }
-    ray = pixel_ray(pixel.xy);
+    let pixel = camera_pixel(id.xy);
+    ray = pixel_ray(pixel);
     fog = fog_along(ray);
     lamp = lamp_along(ray);
-    let distance = ray_end(pixel.xy);
+    let distance = ray_end(pixel);
     walk.lit = vec2<f32>(-1.0, -1.0);
-    walk_layers(from_reference(pixel.xy), distance / ray.stretch);
+    walk_layers(from_reference(pixel), distance / ray.stretch);
     end_run();
     var light = walk.light;
     if frame.kinds.z == LIGHT_SUN {
         light *= sun_scattering(ray.direction);
     }
-    write_pixel(pixel.xy, light * frame.strength.xyz, transmittance_to(fog, distance));
+    write_pixel(id.xy, light * frame.strength.xyz, transmittance_to(fog, distance), distance);
 
     if walk.is_cut {
         atomicAdd(&status[0], 1u);

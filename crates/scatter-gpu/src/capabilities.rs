@@ -1,8 +1,8 @@
 //! What the GPU's techniques render, as data.
 
-use scatter_core::{
-    CameraKind, Capabilities, ExtinctionKind, Kind, LightKind, Limits, MapKind, PhaseKind, Setup, Unsupported,
-};
+use scatter_core::{CameraKind, Capabilities, ExtinctionKind, Kind, LightKind, Limits, MapKind, PhaseKind};
+
+use crate::technique::Technique;
 
 /// Of the marcher: all of the model but lamps in height fog and translucent occluders.
 pub const MARCH: Capabilities = Capabilities {
@@ -19,6 +19,13 @@ pub const MARCH: Capabilities = Capabilities {
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: 16, layer_texels: 8192 * 8192 },
 };
 
-pub(crate) fn check_march(setup: &Setup<'_>) -> Result<(), Unsupported> {
-    MARCH.check_setup(setup)
+/// Of exact min/max: the same without glass.
+pub const MINMAX: Capabilities = Capabilities { textures: &[], ..MARCH };
+
+/// Of a technique.
+pub const fn of(technique: Technique) -> Capabilities {
+    match technique {
+        Technique::RayMarch { .. } => MARCH,
+        Technique::MinmaxMipmap => MINMAX,
+    }
 }

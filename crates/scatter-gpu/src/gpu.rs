@@ -75,7 +75,7 @@ impl Gpu {
 
     /// Makes all compute pipelines now instead of on first use.
     pub fn warm_up(&self) {
-        for module in MODULES {
+        for module in MODULES.iter().chain(&scatter_kernels::minmax::MODULES) {
             for entry in module.entries.iter().filter(|entry| entry.workgroup[0] > 0) {
                 self.compute(module, entry);
             }

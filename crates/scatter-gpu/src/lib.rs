@@ -11,11 +11,13 @@ mod gpu;
 #[cfg(all(feature = "harness", not(target_family = "wasm")))]
 pub mod harness;
 mod inputs;
+mod technique;
 mod view;
 
 pub use error::GpuError;
 pub use gpu::{Gpu, GpuOptions};
 pub use inputs::Inputs;
 pub use scatter_kernels::{GpuFrame, ShadowDepth};
-pub use view::{Compose, Output, Technique, Timing, View, ViewOptions};
+pub use technique::Technique;
+pub use view::{Compose, Output, Timing, View, ViewOptions};
 pub use wgpu;

@@ -3,29 +3,16 @@
 use std::sync::Arc;
 
 use scatter_core::{Setup, Unsupported};
-use scatter_kernels::modules::Entry;
+use scatter_kernels::minmax::MinMaxPlan;
+use scatter_kernels::modules::{Binding, BindingKind, Entry};
 use scatter_kernels::{FrameUniform, GpuFrame, Plan, ShadowDepth, flags};
 
-use crate::capabilities::check_march;
+use crate::capabilities;
 use crate::composite::Composite;
 use crate::error::GpuError;
 use crate::gpu::{Compute, Gpu};
 use crate::inputs::{Inputs, aspect_of};
-
-/// Which technique a view renders by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Technique {
-    /// Brute force: one look-up a step.
-    RayMarch {
-        /// Steps a ray, 1 to 65,536.
-        steps: u32,
-        /// Seed of a jittered march; `None` samples the middle of each step.
-        jitter: Option<u32>,
-        /// Steps of equal length near lamps, too, instead of equal angles.
-        uniform: bool,
-    },
-}
+use crate::technique::Technique;
 
 /// Format of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -77,6 +64,7 @@ pub struct View {
     bound: Option<Bound>,
     names: Vec<&'static str>,
     buffers: Vec<Own>,
+    min_max: MinMaxPlan,
     composite: Composite,
     fallback: Fallback,
 }
@@ -119,7 +107,7 @@ struct BoundKey {
     depth_layer: u32,
     shadow: Option<wgpu::Texture>,
     glass: Option<wgpu::Texture>,
-    buffers: u64,
+    groups: u64,
 }
 
 #[derive(Debug)]
@@ -143,8 +131,9 @@ impl View {
         if !matches!(options.scale, 1 | 2 | 4) {
             return Err(refused(format!("a scale of {}; give 1, 2 or 4", options.scale)));
         }
-        let Technique::RayMarch { steps, .. } = options.technique;
-        if !(1..=65_536).contains(&steps) {
+        if let Technique::RayMarch { steps, .. } = options.technique
+            && !(1..=65_536).contains(&steps)
+        {
             return Err(refused(format!("{steps} steps a ray; give 1 to 65536")));
         }
         let device = gpu.device();
@@ -174,6 +163,7 @@ impl View {
             bound: None,
             names: Vec::new(),
             buffers: Vec::new(),
+            min_max: MinMaxPlan::default(),
             composite: Composite::new(gpu),
             fallback,
         })
@@ -188,14 +178,27 @@ impl View {
         viewport: [u32; 4],
     ) -> Result<(), GpuError> {
         let setup = &frame.setup;
-        check_march(setup)?;
+        capabilities::of(self.options.technique).check_setup(setup)?;
         let mut uniform = FrameUniform::new(frame, [viewport[0], viewport[1]])?;
-        let Technique::RayMarch { steps, jitter, uniform: equal } = self.options.technique;
-        let march_flags =
-            u32::from(jitter.is_some()) * flags::MARCH_JITTER + u32::from(equal) * flags::MARCH_UNIFORM;
-        uniform.counts = [uniform.counts[0], steps, jitter.unwrap_or(0), march_flags];
+        if let Technique::RayMarch { steps, jitter, uniform: equal } = self.options.technique {
+            let march_flags =
+                u32::from(jitter.is_some()) * flags::MARCH_JITTER + u32::from(equal) * flags::MARCH_UNIFORM;
+            uniform.counts = [uniform.counts[0], steps, jitter.unwrap_or(0), march_flags];
+        }
         uniform.depth_more[1] = self.options.scale as f32;
+        if self.options.technique == Technique::MinmaxMipmap {
+            self.min_max.rebuild(setup).map_err(too_large)?;
+        }
         self.grow_images(setup)?;
+        if self.options.technique == Technique::MinmaxMipmap {
+            let (layers, nodes) = (self.min_max.layer_bytes(), self.min_max.node_bytes());
+            for (binding, bytes) in [(1, layers), (2, nodes), (8, STATUS_BYTES)] {
+                self.grow_buffer(binding, bytes);
+            }
+            if let Some(own) = self.buffers.iter().find(|own| own.binding == 1) {
+                queue.write_buffer(&own.buffer, 0, bytemuck::cast_slice(self.min_max.layers()));
+            }
+        }
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
         let mut shadow = self.prepared.take().map_or_else(Vec::new, |prepared| prepared.shadow);
         shadow.clear();
@@ -334,21 +337,50 @@ impl View {
         Ok(())
     }
 
+    /// A storage buffer of the technique's own with at least so many bytes.
+    fn grow_buffer(&mut self, binding: u32, bytes: u64) {
+        if self.buffers.iter().any(|own| own.binding == binding && own.buffer.size() >= bytes) {
+            return;
+        }
+        let buffer = self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
+            label: Some(self.gpu.label()),
+            size: bytes,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        self.buffers.retain(|own| own.binding != binding);
+        self.buffers.push(Own { binding, buffer });
+        self.bound = None;
+    }
+
+    /// The dispatches of a frame of `size`, whose depth texture has so many samples a pixel.
+    pub fn plan(&self, size: [u32; 2], samples: u32) -> Plan {
+        let (scale, float) = (self.options.scale, self.options.output == Output::Rgba32Float);
+        match self.options.technique {
+            Technique::RayMarch { steps, .. } => Plan::march(size, scale, samples, steps, float),
+            Technique::MinmaxMipmap => Plan::min_max(&self.min_max, size, scale, samples, float),
+        }
+    }
+
+    /// Counters of the technique, u32 each, to be read when the caller likes: \[0\] pixels that a loop's bound cut off.
+    /// They count up until the caller clears them. `None` of the marcher, which has no such bound.
+    pub fn status(&self) -> Option<&wgpu::Buffer> {
+        self.buffers.iter().find(|own| own.binding == 8).map(|own| &own.buffer)
+    }
+
     fn bind(&mut self, inputs: &Inputs<'_>, size: [u32; 2]) -> Result<(), GpuError> {
         let key = BoundKey {
             depth: inputs.depth.clone(),
             depth_layer: inputs.depth_layer,
             shadow: inputs.shadow.cloned(),
             glass: inputs.glass.cloned(),
-            buffers: self.buffers.len() as u64,
+            groups: self.plan(size, inputs.depth.sample_count()).workgroups(),
         };
         if self.bound.as_ref().is_some_and(|bound| bound.key == key) {
             return Ok(());
         }
         let Some(images) = &self.images else { return Err(GpuError::Order("call prepare before encode")) };
-        let Technique::RayMarch { steps, .. } = self.options.technique;
-        let float = self.options.output == Output::Rgba32Float;
-        let plan = Plan::march(size, self.options.scale, inputs.depth.sample_count(), steps, float);
+        let plan = self.plan(size, inputs.depth.sample_count());
         plan.check()?;
         let view = |texture: &wgpu::Texture, dimension, layer: Option<u32>| {
             texture.create_view(&wgpu::TextureViewDescriptor {
@@ -368,28 +400,25 @@ impl View {
             inputs.glass.map_or_else(|| self.fallback.glass.clone(), |texture| view(texture, d2, Some(0)));
         let [distance, inscattered, transmittance] =
             [&images.distance, &images.inscattered, &images.transmittance].map(|image| view(image, d2, None));
-        let resource = |number: u32| match number {
+        let own = |number: u32| self.buffers.iter().find(|own| own.binding == number);
+        let resource = |binding: &Binding| match binding.number {
+            number if matches!(binding.kind, BindingKind::Storage | BindingKind::StorageReadWrite) => {
+                own(number)
+                    .map_or_else(|| self.uniform.as_entire_binding(), |own| own.buffer.as_entire_binding())
+            }
             0 => self.uniform.as_entire_binding(),
             1 => wgpu::BindingResource::TextureView(&depth),
             2 | 3 => wgpu::BindingResource::TextureView(&distance),
             4 => wgpu::BindingResource::TextureView(&maps),
             5 => wgpu::BindingResource::TextureView(&glass),
             6 => wgpu::BindingResource::TextureView(&inscattered),
-            7 => wgpu::BindingResource::TextureView(&transmittance),
-            _ => self
-                .buffers
-                .iter()
-                .find(|own| own.binding == number)
-                .map_or_else(|| self.uniform.as_entire_binding(), |own| own.buffer.as_entire_binding()),
+            _ => wgpu::BindingResource::TextureView(&transmittance),
         };
         let group = |compute: &Compute, entry: &Entry| {
             let entries: Vec<_> = entry
                 .bindings
                 .iter()
-                .map(|binding| wgpu::BindGroupEntry {
-                    binding: binding.number,
-                    resource: resource(binding.number),
-                })
+                .map(|binding| wgpu::BindGroupEntry { binding: binding.number, resource: resource(binding) })
                 .collect();
             self.gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(self.gpu.label()),
@@ -410,6 +439,14 @@ impl View {
         self.bound = Some(Bound { key, passes });
         Ok(())
     }
+}
+
+/// Four counters.
+const STATUS_BYTES: u64 = 16;
+
+fn too_large(error: scatter_kernels::minmax::TooLarge) -> GpuError {
+    let scatter_kernels::minmax::TooLarge { what, needed, limit, cure, .. } = error;
+    GpuError::TooLarge(scatter_kernels::TooLarge { what, needed, limit, cure })
 }
 
 fn refused(reason: String) -> GpuError {

@@ -89,6 +89,27 @@ fn glass_fog_and_orthographic_cameras_give_the_cpu_marchers_image() {
     }
 }
 
+/// Exact min/max has no step: against the exact walk through the same map, in f64.
+#[test]
+fn exact_min_max_gives_the_exact_walks_image() {
+    if support::skipped() {
+        return;
+    }
+    for kind in MapKind::ALL {
+        for coloured in [false, true] {
+            let mut frame = OwnedFrame::stock(kind, [37, 21], 64, RANDOM);
+            if coloured {
+                frame.medium = coloured_medium();
+            }
+            let truth = frame.render(&mut raymarch_ref::ShadowMapWalk::default());
+            let found = frame.render(&mut GpuTechnique::new(Technique::MinmaxMipmap));
+            let error = rel_rmse(&found, &truth);
+            println!("{kind:?}, coloured {coloured}: rel_rmse {error:.1e} of 1e-4 against the exact walk");
+            assert!(error <= 1e-4, "{kind:?}: {error:e}");
+        }
+    }
+}
+
 /// A mutant: the sign of g.
 #[test]
 fn a_phase_function_of_the_wrong_sign_is_seen() {

@@ -1,8 +1,9 @@
 //! What a technique dispatches: passes and the storage buffers that they share. A GPU crate of any API follows it.
 //!
 //! Bindings have one meaning in all modules: 0 frame, 1 depth texture, 2 distances (written), 3 distances, 4 maps, 5 glass, 6 and
-//! 7 image and transmittance; from 10 on the technique's own buffers.
+//! 7 image and transmittance. Storage buffers are a technique's own, with numbers that its passes share.
 
+use crate::minmax::{self, MinMaxPlan};
 use crate::modules::{self, Entry, Module};
 
 /// WebGPU's guaranteed size of a storage buffer's binding \[bytes\].
@@ -29,7 +30,7 @@ pub struct Pass {
 /// A storage buffer of a technique's own.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanBuffer {
-    /// Its binding, ≥ 10.
+    /// Its binding.
     pub binding: u32,
     /// What it holds, for messages.
     pub name: &'static str,
@@ -71,6 +72,33 @@ impl Plan {
         let loads = u64::from(image[0]) * u64::from(image[1]) * u64::from(steps);
         let march = Pass { name: "march", module, entry: &module.entries[0], groups: tiles(image), loads };
         Self { passes: vec![Self::distance(size, samples), march], buffers: Vec::new() }
+    }
+
+    /// Exact min/max of a planned frame; of the traversal's loads none are counted, which depend on the scene.
+    pub fn min_max(frame: &MinMaxPlan, size: [u32; 2], scale: u32, samples: u32, float: bool) -> Self {
+        let looks = frame.looks();
+        let pass = |name, module: &'static Module, groups, loads| Pass {
+            name,
+            module,
+            entry: &module.entries[0],
+            groups,
+            loads,
+        };
+        let [low, high] = minmax::EXTREMA;
+        let traverse: &'static Module = if float { &minmax::TRAVERSE_FLOAT } else { &minmax::TRAVERSE_HALF };
+        let mut passes = vec![Self::distance(size, samples)];
+        if !frame.layers().is_empty() {
+            passes.push(pass("extrema_low", low, frame.extrema_low(), looks.texel_loads));
+            passes.push(pass("extrema_high", high, frame.extrema_high(), 0));
+        }
+        passes.push(pass("traverse", traverse, tiles(size.map(|side| side.div_ceil(scale))), 0));
+        let buffer = |binding, name, bytes| PlanBuffer { binding, name, bytes, content: None };
+        let buffers = vec![
+            buffer(1, "the layers of the min/max trees", frame.layer_bytes()),
+            buffer(2, "the nodes of the min/max trees", frame.node_bytes()),
+            buffer(8, "the counters", 16),
+        ];
+        Self { passes, buffers }
     }
 
     /// The first pass of every technique.

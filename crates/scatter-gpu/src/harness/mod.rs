@@ -5,4 +5,4 @@ mod device;
 mod technique;
 
 pub use device::{Bound, HarnessDevice, NoAdapter};
-pub use technique::{GpuTechnique, MARCH_GPU_ID};
+pub use technique::{GpuTechnique, MARCH_GPU_ID, MINMAX_GPU_ID};

@@ -4,15 +4,19 @@ use scatter_core::{
     Capabilities, DepthEncoding, Frame, RenderError, RenderStats, ScatterImage, StageClock, Unsupported,
     VolumetricShadow,
 };
-use scatter_kernels::{GpuFrame, Plan, ShadowDepth};
+use scatter_kernels::{GpuFrame, ShadowDepth};
 
 use super::device::HarnessDevice;
 use crate::capabilities;
 use crate::inputs::Inputs;
-use crate::view::{Output, Technique, View, ViewOptions};
+use crate::technique::Technique;
+use crate::view::{Output, View, ViewOptions};
 
 /// The id of the marcher on the GPU.
 pub const MARCH_GPU_ID: &str = "raymarch@gpu";
+
+/// The id of exact min/max on the GPU.
+pub const MINMAX_GPU_ID: &str = "minmax-mipmap@gpu";
 
 /// A technique on the process's shared device ([`HarnessDevice::shared`]).
 #[derive(Debug)]
@@ -115,8 +119,7 @@ impl GpuTechnique {
             *pixel = [r, g, b];
         }
         clock.lap(&mut stats, "read back");
-        let Technique::RayMarch { steps, .. } = self.technique;
-        let plan = Plan::march(frame.size(), 1, 1, steps, true);
+        let plan = view.plan(frame.size(), 1);
         stats.counts.push("workgroups", plan.workgroups());
         stats.counts.push("texel loads", plan.passes.iter().map(|pass| pass.loads).sum());
         stats.memory_bytes = view.memory_bytes();
@@ -126,11 +129,14 @@ impl GpuTechnique {
 
 impl VolumetricShadow for GpuTechnique {
     fn id(&self) -> &'static str {
-        MARCH_GPU_ID
+        match self.technique {
+            Technique::RayMarch { .. } => MARCH_GPU_ID,
+            Technique::MinmaxMipmap => MINMAX_GPU_ID,
+        }
     }
 
     fn capabilities(&self) -> Capabilities {
-        capabilities::MARCH
+        capabilities::of(self.technique)
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
