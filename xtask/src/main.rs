@@ -5,6 +5,7 @@
 
 mod commands;
 mod flags;
+mod gpu;
 mod mesh_file;
 mod output;
 mod progress;

@@ -3,6 +3,8 @@
 
 mod device;
 mod technique;
+mod tool;
 
 pub use device::{Bound, HarnessDevice, NoAdapter};
 pub use technique::{GpuTechnique, MARCH_GPU_ID, MINMAX_GPU_ID};
+pub use tool::{MarchSteps, NoOptions, TECHNIQUES, technique};
