@@ -19,6 +19,7 @@ override count_looks: bool = false;
 // The level where rays enter a tree: coarser nodes of real maps are neither light nor dark.
 const ENTRY: u32 = 6u;
 const MOST_LAYERS: u32 = 16u;
+const NO_LAYER: u32 = 16u;
 // Blocks of one layer at most, for a map of 16384 texels a side.
 const MOST_BLOCKS: u32 = 262144u;
 
@@ -148,16 +149,19 @@ fn node_of(layer: u32, level: u32, i: i32, j: i32) -> vec2<f32> {
     return nodes[tree_layers[layer].offsets[level] + (u32(j) >> level) * blocks_of(layer, level).x + (u32(i) >> level)];
 }
 
-// Adds what is lit of the part [s_from, s_to] of a ray, which lies inside of the layer.
+// Adds what is lit of the part [s_from, s_to] of a ray, which lies inside of the layer; all of it where that is NO_LAYER.
+// It calls `add_lit`, into which drivers inline the integrals of lamps, in one place only.
 fn walk_layer(layer: u32, place: vec2<f32>, s_from: f32, s_to: f32) {
-    let start = affine(tree_layers[layer].start, place);
-    let step = affine(tree_layers[layer].step, place);
-    let is_perspective = tree_layers[layer].perspective != 0u;
+    // What is read of no layer is not used.
+    let read = min(layer, MOST_LAYERS - 1u);
+    let start = affine(tree_layers[read].start, place);
+    let step = affine(tree_layers[read].step, place);
+    let is_perspective = tree_layers[read].perspective != 0u;
     let w = select(vec2<f32>(1.0, 0.0), vec2<f32>(start.z, step.z), is_perspective);
-    let size = tree_layers[layer].size;
-    let columns = axis_of(start.x, step.x, w, tree_layers[layer].origin.x, size.x);
-    let rows = axis_of(start.y, step.y, w, tree_layers[layer].origin.y, size.y);
-    let coarsest = tree_layers[layer].coarsest;
+    let size = tree_layers[read].size;
+    let columns = axis_of(start.x, step.x, w, tree_layers[read].origin.x, size.x);
+    let rows = axis_of(start.y, step.y, w, tree_layers[read].origin.y, size.y);
+    let coarsest = tree_layers[read].coarsest;
     var i = texel_at(columns, s_from);
     var j = texel_at(rows, s_from);
     var s = s_from;
@@ -170,30 +174,35 @@ fn walk_layer(layer: u32, place: vec2<f32>, s_from: f32, s_to: f32) {
         // A border may be rounded to just before the point where the ray is: the stretch is then empty.
         let end = min(max(min(column_end, row_end), s), s_to);
         let end_depth = start.z + step.z * end;
-        if level == 0u {
+        // The lit stretch of the block, empty where it is dark.
+        var lit = vec2<f32>(s, s);
+        if layer == NO_LAYER {
+            lit.y = s_to;
+        } else if level == 0u {
             walk.looked.y += 1u;
             let surface = stored_depth(layer, vec2<i32>(i, j));
             let crossing = (surface - start.z) / select(step.z, 1.0, step.z == 0.0);
             if surface >= FARTHEST {
-                add_lit(s, end);
+                lit.y = end;
             } else if step.z > 0.0 {
-                add_lit(s, min(end, crossing));
+                lit.y = min(end, crossing);
             } else if step.z < 0.0 {
-                add_lit(max(s, crossing), end);
+                lit = vec2<f32>(max(s, crossing), end);
             } else if start.z <= surface {
-                add_lit(s, end);
+                lit.y = end;
             }
         } else {
             walk.looked.x += 1u;
             let node = node_of(layer, level, i, j);
             if max(depth, end_depth) <= node.x || node.x >= FARTHEST {
-                add_lit(s, end);
+                lit.y = end;
             } else if min(depth, end_depth) <= node.y {
                 level = select(level - 1u, 0u, level == FINEST);
                 continue;
             }
         }
-        if !(end < s_to) {
+        add_lit(lit.x, lit.y);
+        if layer == NO_LAYER || !(end < s_to) {
             return;
         }
         let before = vec2<i32>(i, j);
@@ -225,25 +234,33 @@ fn walk_layers(place: vec2<f32>, s_end: f32) {
         parts[n] = part_inside(n, place, s_end);
     }
     var s = 0.0;
-    // Each layer begins once and ends once.
-    for (var piece = 0u; piece <= 2u * MOST_LAYERS && s < s_end; piece++) {
-        var chosen = MOST_LAYERS;
+    // Each layer begins once and ends once. A last piece behind everything ends the last run.
+    for (var piece = 0u; piece <= 2u * MOST_LAYERS + 1u; piece++) {
+        var chosen = NO_LAYER;
         var next = s_end;
-        for (var n = 0u; n < count; n++) {
-            let part = parts[n];
-            if part.x <= s && s < part.y {
-                chosen = n;
-                next = min(next, part.y);
-                break;
-            }
-            if part.x > s {
-                next = min(next, part.x);
+        let is_last = !(s < s_end) || piece == 2u * MOST_LAYERS + 1u;
+        if is_last {
+            s = 2.0 * FARTHEST;
+            next = 3.0 * FARTHEST;
+        } else {
+            for (var n = 0u; n < count; n++) {
+                let part = parts[n];
+                if part.x <= s && s < part.y {
+                    chosen = n;
+                    next = min(next, part.y);
+                    break;
+                }
+                if part.x > s {
+                    next = min(next, part.x);
+                }
             }
         }
-        if chosen < MOST_LAYERS {
+        // Between two faces of a cube lies a rounding error, and it is dark.
+        if is_last || chosen != NO_LAYER || frame.kinds.y != MAPS_FACES {
             walk_layer(chosen, place, s, next);
-        } else if frame.kinds.y != MAPS_FACES {
-            add_lit(s, next);
+        }
+        if is_last {
+            break;
         }
         s = next;
     }
@@ -261,7 +278,6 @@ fn traverse(@builtin(global_invocation_id) id: vec3<u32>) {
     let distance = ray_end(pixel);
     walk.lit = vec2<f32>(-1.0, -1.0);
     walk_layers(from_reference(pixel), distance / ray.stretch);
-    end_run();
     var light = walk.light;
     if frame.kinds.z == LIGHT_SUN {
         light *= sun_scattering(ray.direction);
