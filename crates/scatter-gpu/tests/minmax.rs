@@ -59,6 +59,22 @@ fn every_kind_of_map_gives_the_exact_image() {
 }
 
 #[test]
+fn glass_gives_the_exact_image() {
+    if support::skipped() {
+        return;
+    }
+    for kind in MapKind::ALL {
+        let random = Filling::Random { seed: 7, far: 12.0 };
+        let mut frame = OwnedFrame::stock(kind, [37, 21], 64, random).with_glass();
+        // Panes of three colours, so that rays cross from one into the next.
+        if let Some((_, texels)) = &mut frame.texture {
+            texels.iter_mut().enumerate().for_each(|(n, texel)| texel[(n / 5) % 3] *= 0.3);
+        }
+        check(&format!("glass, {kind:?}"), &frame);
+    }
+}
+
+#[test]
 fn fog_and_orthographic_cameras_give_the_exact_image() {
     if support::skipped() {
         return;

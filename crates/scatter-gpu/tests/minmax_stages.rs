@@ -203,9 +203,10 @@ fn traversed(
             (bindings[2].number, Bound::Storage(bytemuck::cast_slice(nodes))),
             (3, Bound::Texture(&views[0])),
             (4, Bound::Texture(&scene.maps)),
+            (5, Bound::Texture(&views[0])),
             (6, Bound::Texture(&views[1])),
             (7, Bound::Texture(&views[2])),
-            (bindings[7].number, Bound::Storage(&[0; 16])),
+            (bindings[8].number, Bound::Storage(&[0; 16])),
         ],
         scene.plan.traverse(),
     );
@@ -279,9 +280,7 @@ fn textures_of_random_bits_give_finite_images_twice_the_same() {
         frame.with(|frame| {
             let mut random = Random(seed as u64 + 1);
             let mut words = |count: u32| -> Vec<u32> {
-                (0..count)
-                    .map(|_| (random.below(1 << 16) as u32) << 16 | random.below(1 << 16) as u32)
-                    .collect()
+                (0..count).map(|_| random.below(1 << 16) << 16 | random.below(1 << 16)).collect()
             };
             let count = frame.shadow().layer_count() as u32;
             let (depth, maps) = (device.r32float([17, 13], 1), device.r32float([33; 2], count.max(1)));
