@@ -20,9 +20,10 @@ fn camera_pixel(pixel: vec2<u32>) -> vec2<u32> {
     }
     let nearest = ((pixel.x + pixel.y) & 1u) == 0u;
     let first = pixel * block;
-    var chosen = first;
-    var best = ray_end(first);
-    for (var i = 1u; i < min(block * block, 16u); i++) {
+    // Where all are alike, the one in the middle.
+    var chosen = min(first + vec2<u32>(block / 2u), frame.image.xy - vec2<u32>(1u));
+    var best = ray_end(chosen);
+    for (var i = 0u; i < min(block * block, 16u); i++) {
         let other = min(first + vec2<u32>(i % block, i / block), frame.image.xy - vec2<u32>(1u));
         let end = ray_end(other);
         if (nearest && end < best) || (!nearest && end > best) {

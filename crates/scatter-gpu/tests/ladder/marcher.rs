@@ -1,7 +1,5 @@
 //! Rung 3 of the ladder: the marcher's image on the GPU against the CPU marcher's, over all kinds of maps, cameras and media.
 
-mod support;
-
 use raymarch_ref::{Options, RayMarch};
 use scatter_core::{Camera, HeightFalloff, ScatterImage, VolumetricShadow};
 use scatter_gpu::Technique;
@@ -55,7 +53,7 @@ fn check(name: &str, frame: &OwnedFrame, jitter: Option<u32>) {
 
 #[test]
 fn every_kind_of_map_gives_the_cpu_marchers_image() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     for (index, kind) in MapKind::ALL.into_iter().enumerate() {
@@ -72,7 +70,7 @@ fn every_kind_of_map_gives_the_cpu_marchers_image() {
 
 #[test]
 fn glass_fog_and_orthographic_cameras_give_the_cpu_marchers_image() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     for kind in [MapKind::Orthographic, MapKind::Spot] {
@@ -92,7 +90,7 @@ fn glass_fog_and_orthographic_cameras_give_the_cpu_marchers_image() {
 /// Exact min/max has no step: against the exact walk through the same map, in f64.
 #[test]
 fn exact_min_max_gives_the_exact_walks_image() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     for kind in MapKind::ALL {
@@ -113,7 +111,7 @@ fn exact_min_max_gives_the_exact_walks_image() {
 /// A mutant: the sign of g.
 #[test]
 fn a_phase_function_of_the_wrong_sign_is_seen() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     let mut frame = OwnedFrame::stock(MapKind::Orthographic, [37, 21], 64, RANDOM);
