@@ -19,6 +19,7 @@ override count_looks: bool = false;
 // The level where rays enter a tree: coarser nodes of real maps are neither light nor dark.
 const ENTRY: u32 = 6u;
 const MOST_LAYERS: u32 = 16u;
+const NO_LAYER: u32 = 16u;
 // Blocks of one layer at most, for a map of 16384 texels a side.
 const MOST_BLOCKS: u32 = 262144u;
 
@@ -34,20 +35,77 @@ struct Walk {
 
 var<private> walk: Walk;
 var<private> ray: Ray;
+// The pixel relative to the reference pixel.
+var<private> place: vec2<f32>;
 var<private> fog: FogAlong;
 var<private> lamp: LampAlong;
 
+// Ends the run: where coloured glass stands before the light, pieces of one colour each.
 fn end_run() {
-    if walk.lit.y > walk.lit.x {
-        let a = walk.lit.x * ray.stretch;
-        let b = walk.lit.y * ray.stretch;
-        walk.runs += 1u;
-        if frame.kinds.z == LIGHT_SUN {
-            walk.light += sun_interval(fog, a, b);
-        } else {
-            walk.light += lamp_interval(lamp, a, b);
-        }
+    if !(walk.lit.y > walk.lit.x) {
+        return;
     }
+    walk.runs += 1u;
+    let has_glass = has(frame.kinds.w, FRAME_GLASS);
+    let start = affine(frame.glass.start, place);
+    let step = affine(frame.glass.step, place);
+    let w = select(vec2<f32>(1.0, 0.0), vec2<f32>(start.z, step.z), has(frame.glass.place.w, LAYER_PERSPECTIVE));
+    let size = vec2<u32>(frame.glass.size.xy);
+    let columns = axis_of(start.x, step.x, w, 0, size.x);
+    let rows = axis_of(start.y, step.y, w, 0, size.y);
+    var part = vec2<f32>(FARTHEST, FARTHEST);
+    if has_glass {
+        part = part_inside(columns, rows, walk.lit.y);
+    }
+    var s = walk.lit.x;
+    var piece_start = s;
+    // None yet.
+    var colour = vec3<f32>(-1.0);
+    var cell = vec2<i32>(-1, -1);
+    for (var n = 0u; n < MOST_BLOCKS; n++) {
+        var next = walk.lit.y;
+        var here = vec3<f32>(1.0);
+        if s < part.x {
+            next = min(next, part.x);
+        } else if s < part.y {
+            if cell.x < 0 {
+                cell = vec2<i32>(texel_at(columns, s), texel_at(rows, s));
+            }
+            let rgb = textureLoad(glass_texture, cell, 0).xyz;
+            here = vec3<f32>(finite_texel(rgb.x), finite_texel(rgb.y), finite_texel(rgb.z));
+            let column_end = border(columns, cell.x, 0u);
+            let row_end = border(rows, cell.y, 0u);
+            next = min(max(min(column_end, row_end), s), min(next, part.y));
+            if row_end < column_end {
+                cell.y = next_border(rows, cell.y, 0u) - select(0, 1, rows.heading < 0);
+            } else {
+                cell.x = next_border(columns, cell.x, 0u) - select(0, 1, columns.heading < 0);
+            }
+            // Off the glass all is white again.
+            if any(cell < vec2<i32>(0)) || any(cell >= vec2<i32>(size)) {
+                part.y = next;
+            }
+        }
+        let is_over = s >= walk.lit.y;
+        if is_over || any(here != colour) {
+            if s > piece_start {
+                let a = piece_start * ray.stretch;
+                let b = s * ray.stretch;
+                if frame.kinds.z == LIGHT_SUN {
+                    walk.light += colour * sun_interval(fog, a, b);
+                } else {
+                    walk.light += colour * lamp_interval(lamp, a, b);
+                }
+            }
+            piece_start = s;
+            colour = here;
+        }
+        if is_over {
+            return;
+        }
+        s = next;
+    }
+    walk.is_cut = true;
 }
 
 fn add_lit(a: f32, b: f32) {
@@ -111,25 +169,22 @@ fn follow(axis: Axis, index: i32, s: f32, level: u32) -> i32 {
 }
 
 // What the point of a ray is in a layer: affine in the pixel's place.
-fn affine(rows: array<vec4<f32>, 3>, place: vec2<f32>) -> vec3<f32> {
-    return rows[0].xyz + rows[1].xyz * place.x + rows[2].xyz * place.y;
+fn affine(rows: array<vec4<f32>, 3>, at: vec2<f32>) -> vec3<f32> {
+    return rows[0].xyz + rows[1].xyz * at.x + rows[2].xyz * at.y;
 }
 
-// The part of a ray inside of a layer's rectangle and before a lamp; empty: both ends at FARTHEST.
-fn part_inside(layer: u32, place: vec2<f32>, s_end: f32) -> vec2<f32> {
-    let start = affine(tree_layers[layer].start, place);
-    let step = affine(tree_layers[layer].step, place);
-    let w = select(vec2<f32>(1.0, 0.0), vec2<f32>(start.z, step.z), tree_layers[layer].perspective != 0u);
+// The part of [0, s_end] of a ray inside of a map's rectangle and before a lamp; empty: both ends at FARTHEST.
+fn part_inside(columns: Axis, rows: Axis, s_end: f32) -> vec2<f32> {
     var part = vec2<f32>(0.0, s_end);
     for (var side = 0u; side < 5u; side++) {
         // Linear in s: >= 0 inside.
-        var value = w;
-        let axis = side >> 1u;
+        var value = columns.w;
         if side < 4u {
-            let low = f32(-select(tree_layers[layer].origin.x, tree_layers[layer].origin.y, axis == 1u));
-            let count = f32(select(tree_layers[layer].size.x, tree_layers[layer].size.y, axis == 1u));
-            let at = select(vec2<f32>(start.x, step.x), vec2<f32>(start.y, step.y), axis == 1u);
-            value = select(at - low * w, (low + count) * w - at, (side & 1u) == 1u);
+            let is_row = side >= 2u;
+            let low = f32(-select(columns.origin, rows.origin, is_row));
+            let count = f32(select(columns.count, rows.count, is_row));
+            let at = select(vec2<f32>(columns.place, columns.step), vec2<f32>(rows.place, rows.step), is_row);
+            value = select(at - low * columns.w, (low + count) * columns.w - at, (side & 1u) == 1u);
         }
         if value.y == 0.0 {
             // Texels are half-open: on the left and the upper border a ray is inside.
@@ -144,20 +199,32 @@ fn part_inside(layer: u32, place: vec2<f32>, s_end: f32) -> vec2<f32> {
     return select(vec2<f32>(FARTHEST, FARTHEST), part, part.x < part.y);
 }
 
+fn part_of_layer(layer: u32, s_end: f32) -> vec2<f32> {
+    let start = affine(tree_layers[layer].start, place);
+    let step = affine(tree_layers[layer].step, place);
+    let w = select(vec2<f32>(1.0, 0.0), vec2<f32>(start.z, step.z), tree_layers[layer].perspective != 0u);
+    let origin = tree_layers[layer].origin;
+    let size = tree_layers[layer].size;
+    return part_inside(axis_of(start.x, step.x, w, origin.x, size.x), axis_of(start.y, step.y, w, origin.y, size.y), s_end);
+}
+
 fn node_of(layer: u32, level: u32, i: i32, j: i32) -> vec2<f32> {
     return nodes[tree_layers[layer].offsets[level] + (u32(j) >> level) * blocks_of(layer, level).x + (u32(i) >> level)];
 }
 
-// Adds what is lit of the part [s_from, s_to] of a ray, which lies inside of the layer.
-fn walk_layer(layer: u32, place: vec2<f32>, s_from: f32, s_to: f32) {
-    let start = affine(tree_layers[layer].start, place);
-    let step = affine(tree_layers[layer].step, place);
-    let is_perspective = tree_layers[layer].perspective != 0u;
+// Adds what is lit of the part [s_from, s_to] of a ray, which lies inside of the layer; all of it where that is NO_LAYER.
+// It calls `add_lit`, into which drivers inline the integrals of lamps, in one place only.
+fn walk_layer(layer: u32, s_from: f32, s_to: f32) {
+    // What is read of no layer is not used.
+    let read = min(layer, MOST_LAYERS - 1u);
+    let start = affine(tree_layers[read].start, place);
+    let step = affine(tree_layers[read].step, place);
+    let is_perspective = tree_layers[read].perspective != 0u;
     let w = select(vec2<f32>(1.0, 0.0), vec2<f32>(start.z, step.z), is_perspective);
-    let size = tree_layers[layer].size;
-    let columns = axis_of(start.x, step.x, w, tree_layers[layer].origin.x, size.x);
-    let rows = axis_of(start.y, step.y, w, tree_layers[layer].origin.y, size.y);
-    let coarsest = tree_layers[layer].coarsest;
+    let size = tree_layers[read].size;
+    let columns = axis_of(start.x, step.x, w, tree_layers[read].origin.x, size.x);
+    let rows = axis_of(start.y, step.y, w, tree_layers[read].origin.y, size.y);
+    let coarsest = tree_layers[read].coarsest;
     var i = texel_at(columns, s_from);
     var j = texel_at(rows, s_from);
     var s = s_from;
@@ -170,30 +237,35 @@ fn walk_layer(layer: u32, place: vec2<f32>, s_from: f32, s_to: f32) {
         // A border may be rounded to just before the point where the ray is: the stretch is then empty.
         let end = min(max(min(column_end, row_end), s), s_to);
         let end_depth = start.z + step.z * end;
-        if level == 0u {
+        // The lit stretch of the block, empty where it is dark.
+        var lit = vec2<f32>(s, s);
+        if layer == NO_LAYER {
+            lit.y = s_to;
+        } else if level == 0u {
             walk.looked.y += 1u;
             let surface = stored_depth(layer, vec2<i32>(i, j));
             let crossing = (surface - start.z) / select(step.z, 1.0, step.z == 0.0);
             if surface >= FARTHEST {
-                add_lit(s, end);
+                lit.y = end;
             } else if step.z > 0.0 {
-                add_lit(s, min(end, crossing));
+                lit.y = min(end, crossing);
             } else if step.z < 0.0 {
-                add_lit(max(s, crossing), end);
+                lit = vec2<f32>(max(s, crossing), end);
             } else if start.z <= surface {
-                add_lit(s, end);
+                lit.y = end;
             }
         } else {
             walk.looked.x += 1u;
             let node = node_of(layer, level, i, j);
             if max(depth, end_depth) <= node.x || node.x >= FARTHEST {
-                add_lit(s, end);
+                lit.y = end;
             } else if min(depth, end_depth) <= node.y {
                 level = select(level - 1u, 0u, level == FINEST);
                 continue;
             }
         }
-        if !(end < s_to) {
+        add_lit(lit.x, lit.y);
+        if layer == NO_LAYER || !(end < s_to) {
             return;
         }
         let before = vec2<i32>(i, j);
@@ -218,32 +290,40 @@ fn walk_layer(layer: u32, place: vec2<f32>, s_from: f32, s_to: f32) {
 }
 
 // All of the ray, layer by layer: of the layers that contain a point the first decides.
-fn walk_layers(place: vec2<f32>, s_end: f32) {
+fn walk_layers(s_end: f32) {
     var parts: array<vec2<f32>, MOST_LAYERS>;
     let count = min(frame.kinds.x, MOST_LAYERS);
     for (var n = 0u; n < count; n++) {
-        parts[n] = part_inside(n, place, s_end);
+        parts[n] = part_of_layer(n, s_end);
     }
     var s = 0.0;
-    // Each layer begins once and ends once.
-    for (var piece = 0u; piece <= 2u * MOST_LAYERS && s < s_end; piece++) {
-        var chosen = MOST_LAYERS;
+    // Each layer begins once and ends once. A last piece behind everything ends the last run.
+    for (var piece = 0u; piece <= 2u * MOST_LAYERS + 1u; piece++) {
+        var chosen = NO_LAYER;
         var next = s_end;
-        for (var n = 0u; n < count; n++) {
-            let part = parts[n];
-            if part.x <= s && s < part.y {
-                chosen = n;
-                next = min(next, part.y);
-                break;
-            }
-            if part.x > s {
-                next = min(next, part.x);
+        let is_last = !(s < s_end) || piece == 2u * MOST_LAYERS + 1u;
+        if is_last {
+            s = 2.0 * FARTHEST;
+            next = 3.0 * FARTHEST;
+        } else {
+            for (var n = 0u; n < count; n++) {
+                let part = parts[n];
+                if part.x <= s && s < part.y {
+                    chosen = n;
+                    next = min(next, part.y);
+                    break;
+                }
+                if part.x > s {
+                    next = min(next, part.x);
+                }
             }
         }
-        if chosen < MOST_LAYERS {
-            walk_layer(chosen, place, s, next);
-        } else if frame.kinds.y != MAPS_FACES {
-            add_lit(s, next);
+        // Between two faces of a cube lies a rounding error, and it is dark.
+        if is_last || chosen != NO_LAYER || frame.kinds.y != MAPS_FACES {
+            walk_layer(chosen, s, next);
+        }
+        if is_last {
+            break;
         }
         s = next;
     }
@@ -260,8 +340,8 @@ fn traverse(@builtin(global_invocation_id) id: vec3<u32>) {
     lamp = lamp_along(ray);
     let distance = ray_end(pixel);
     walk.lit = vec2<f32>(-1.0, -1.0);
-    walk_layers(from_reference(pixel), distance / ray.stretch);
-    end_run();
+    place = from_reference(pixel);
+    walk_layers(distance / ray.stretch);
     var light = walk.light;
     if frame.kinds.z == LIGHT_SUN {
         light *= sun_scattering(ray.direction);

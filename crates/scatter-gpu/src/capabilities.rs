@@ -19,8 +19,8 @@ pub const MARCH: Capabilities = Capabilities {
     limits: Limits { sun_g: 1.0, lamp_g: 1.0, cascades: 16, layer_texels: 8192 * 8192 },
 };
 
-/// Of exact min/max: the same without glass.
-pub const MINMAX: Capabilities = Capabilities { textures: &[], ..MARCH };
+/// Of exact min/max: the same.
+pub const MINMAX: Capabilities = MARCH;
 
 /// Of a technique.
 pub const fn of(technique: Technique) -> Capabilities {

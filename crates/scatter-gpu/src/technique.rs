@@ -13,6 +13,6 @@ pub enum Technique {
         /// Steps of equal length near lamps, too, instead of equal angles.
         uniform: bool,
     },
-    /// Exact shadows by min/max trees of the maps: no step, no error but rounding. No glass, no lamps in height fog.
+    /// Exact shadows by min/max trees of the maps: no step, no error but rounding. No lamps in height fog.
     MinmaxMipmap,
 }

@@ -43,13 +43,14 @@ const EXTREMA_HIGH: Module = Module {
 /// The two passes that make the trees, in order.
 pub const EXTREMA: [&Module; 2] = [&EXTREMA_LOW, &EXTREMA_HIGH];
 
-const fn traversal_bindings(output: BindingKind) -> [Binding; 8] {
+const fn traversal_bindings(output: BindingKind) -> [Binding; 9] {
     [
         bind(0, Uniform),
         TREE_LAYERS,
         bind(2, Storage),
         bind(3, Texture),
         bind(4, TextureArray),
+        bind(5, Texture),
         bind(6, output),
         bind(7, output),
         bind(8, StorageReadWrite),
@@ -68,6 +69,7 @@ macro_rules! traversal {
                 core::PHASE,
                 core::SUN,
                 core::LAMP,
+                core::GLASS,
                 core::DISTANCE,
                 core::OUTPUT,
                 $output,
