@@ -40,12 +40,25 @@ pub enum Command {
     Test,
 }
 
+/// What renders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum Device {
+    /// The techniques themselves.
+    #[default]
+    Cpu,
+    /// Their twins on the GPU.
+    Gpu,
+}
+
 /// How a shot is rendered.
 #[derive(Debug, Clone, Args)]
 pub struct Rendering {
     /// Technique by its id; repeatable where several make sense
     #[arg(long = "method", value_name = "ID")]
     pub methods: Vec<String>,
+    /// What renders: the CPU, or the GPU's twins of the techniques that have one (ids end in @gpu)
+    #[arg(long, value_name = "DEVICE", value_enum, default_value_t)]
+    pub device: Device,
     /// Error level from which a technique derives its options: preview, game or film
     #[arg(long, value_name = "LEVEL", default_value_t, value_parser = quality)]
     pub quality: Quality,

@@ -6,6 +6,7 @@
 mod auto;
 mod commands;
 mod flags;
+mod gpu;
 mod machine_file;
 mod mesh_file;
 mod output;

@@ -13,6 +13,7 @@ use scatter_validate::staged_shot::resized;
 use scatter_validate::{AUTO, Baseline, HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
 use crate::flags::{Maps, Rendering, ShadowSource};
+use crate::gpu;
 use crate::output::stderr_line;
 
 /// The technique that the others' times are compared with.
@@ -96,7 +97,7 @@ pub fn method(id: &str) -> anyhow::Result<Method> {
         SHADOW_MAP_TRUTH => Ok(Method::ShadowMapTruth),
         RAYCAST_TRUTH => Ok(Method::RaycastTruth),
         HEIGHT_FIELD_TRUTH => Ok(Method::HeightFieldTruth),
-        _ => match technique(id) {
+        _ => match technique(id).or_else(|| gpu::technique(id)) {
             Some(technique) => Ok(Method::Technique(technique)),
             None => bail!("--method {id}: no such technique; there are {}", method_ids().join(", ")),
         },
@@ -106,7 +107,12 @@ pub fn method(id: &str) -> anyhow::Result<Method> {
 /// All ids that `--method` takes.
 pub fn method_ids() -> Vec<&'static str> {
     let techniques = TECHNIQUES.iter().map(|technique| technique.info().id);
-    [AUTO, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, HEIGHT_FIELD_TRUTH].into_iter().chain(techniques).collect()
+    let on_gpu = gpu::techniques().iter().map(|technique| technique.info().id);
+    [AUTO, RAYCAST_TRUTH, SHADOW_MAP_TRUTH, HEIGHT_FIELD_TRUTH]
+        .into_iter()
+        .chain(techniques)
+        .chain(on_gpu)
+        .collect()
 }
 
 /// The marcher, with its step count.

@@ -8,7 +8,9 @@ use glam::DVec4;
 use crate::camera::Camera;
 use crate::clip_rows::ClipRows;
 use crate::clip_space::ClipSpace;
+use crate::depth_quotient::DepthQuotient;
 use crate::error::ModelError;
+use crate::ray_fan::RayFan;
 
 /// How far the matrix may show a ray from its pixel \[pixels\]: what f32 rounds of a matrix far from the origin. Half a
 /// pixel (rows or jitter of another frame) is refused.
@@ -65,6 +67,26 @@ impl<'a> ClipDepth<'a> {
                 "say ClipSpace::reversed() of a buffer with reversed z, and of no other",
             ))
         }
+    }
+
+    /// The same as a quotient: s = (z·w₀ − z₀)/(z₁ − z·w₁) along the ray `start + s·direction` of a
+    /// [`RayFan`](crate::RayFan), whose z and w are affine in the pixel.
+    pub(crate) fn quotient(&self, fan: &RayFan) -> DepthQuotient {
+        let [z_of_texel_0, z_of_texel_1] = [0.0, 1.0].map(|texel| self.space.z_of_texel(texel));
+        let scale = z_of_texel_1 - z_of_texel_0;
+        let (origin, direction) = (fan.origin(), fan.direction());
+        let coefficients = std::array::from_fn(|index| {
+            let start = if index == 0 {
+                (self.camera.eye() + origin[0]).extend(1.0)
+            } else {
+                origin[index].extend(0.0)
+            };
+            let of = |row: DVec4| [row.dot(start), row.dot(direction[index].extend(0.0))];
+            let ([z0, z1], [w0, w1]) = (of(self.clip.z), of(self.clip.w));
+            // z = z_of_texel_0 + scale·texel.
+            [z_of_texel_0 * w0 - z0, scale * w0, z1 - z_of_texel_0 * w1, -scale * w1]
+        });
+        DepthQuotient { coefficients, cleared: Some(self.space.cleared()), along_ray: false }
     }
 
     /// The texels are in [0, 1].

@@ -8,7 +8,9 @@
 use crate::camera::{Camera, Projection};
 use crate::clip_depth::ClipDepth;
 use crate::clip_space::ClipSpace;
+use crate::depth_quotient::DepthQuotient;
 use crate::error::{ModelError, checked, checked_len, checked_size, checked_texels};
+use crate::ray_fan::RayFan;
 
 /// Distances along the pixels' rays \[world units\], ≥ 0 or `+∞`; `[y][x]`, row 0 on top.
 #[derive(Debug, Clone, Copy)]
@@ -133,6 +135,36 @@ impl DepthEncoding {
             self.texel(camera.projection(), view_z) as f32
         }));
         Ok(())
+    }
+
+    /// What a texel means as a quotient, for shaders. Errors as those of [`Self::decode`], but for texels.
+    pub fn quotient(&self, camera: &Camera) -> Result<DepthQuotient, ModelError> {
+        self.checked(camera)?;
+        let fan = RayFan::new(camera);
+        let plain = |coefficients: [f64; 4], cleared: Option<f32>| DepthQuotient {
+            coefficients: [coefficients, [0.0; 4], [0.0; 4]],
+            cleared,
+            along_ray: *self == Self::AlongRay,
+        };
+        // View z is s of a perspective camera; along a parallel camera's rays a unit of s is this much of it.
+        let slant = camera.parallel_direction().map_or(1.0, |way| way.dot(camera.forward()));
+        let perspective = camera.projection() == Projection::Perspective;
+        Ok(match *self {
+            Self::Forward { near, far } if perspective => {
+                plain([near * far, 0.0, far, near - far], Some(1.0))
+            }
+            Self::Reversed { near, far } if perspective => {
+                plain([near * far, 0.0, near, far - near], Some(0.0))
+            }
+            Self::Forward { near, far } => plain([near, far - near, slant, 0.0], Some(1.0)),
+            Self::Reversed { near, far } => plain([far, near - far, slant, 0.0], Some(0.0)),
+            Self::ForwardInfinite { near } => plain([near, 0.0, 1.0, -1.0], Some(1.0)),
+            Self::ReversedInfinite { near } => plain([near, 0.0, 0.0, 1.0], Some(0.0)),
+            Self::Clip { clip_from_world, space } => {
+                ClipDepth::new(camera, clip_from_world, space)?.quotient(&fan)
+            }
+            Self::ViewZ | Self::AlongRay => plain([0.0, 1.0, slant, 0.0], None),
+        })
     }
 
     fn checked(&self, camera: &Camera) -> Result<(), ModelError> {

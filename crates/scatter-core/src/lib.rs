@@ -12,6 +12,7 @@ mod camera;
 mod camera_matrices;
 mod clip_depth;
 mod depth_map;
+mod depth_quotient;
 mod fog_ray;
 mod height_falloff;
 mod light;
@@ -78,6 +79,7 @@ pub use camera::{Camera, Projection, ViewRay, Window};
 pub use capabilities::{Capabilities, Limits};
 pub use clip_space::ClipSpace;
 pub use depth_map::{DepthEncoding, DepthMap};
+pub use depth_quotient::{DepthQuotient, ShadowDepthQuotient};
 pub use error::ModelError;
 pub use estimate::{Estimate, NoEstimate, Outlook, PredictedError};
 #[doc(no_inline)]

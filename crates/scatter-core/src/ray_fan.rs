@@ -57,6 +57,16 @@ impl RayFan {
         Self { eye: camera.eye(), origin, direction, perspective, place }
     }
 
+    /// Where the rays start, relative to the eye.
+    pub fn origin(&self) -> &AffineInPixel {
+        &self.origin
+    }
+
+    /// A unit of s along the rays.
+    pub fn direction(&self) -> &AffineInPixel {
+        &self.direction
+    }
+
     /// The rays in the space of a map.
     pub fn in_map(&self, map: &MapProjection) -> MapFan {
         let linear = |v: DVec3| map.ray(self.eye, DVec3::ZERO, v).step;

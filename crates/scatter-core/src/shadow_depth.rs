@@ -12,6 +12,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use crate::clip_rows::ClipRows;
 use crate::clip_space::ClipSpace;
+use crate::depth_quotient::ShadowDepthQuotient;
 use crate::error::{ModelError, checked, checked_len, checked_size, checked_texels};
 use crate::map_projection::MapProjection;
 use crate::shadow_map::ShadowLayer;
@@ -172,6 +173,17 @@ impl ShadowDepthEncoding {
         Ok(projection)
     }
 
+    /// Where the texels of one map are, and what they mean as a quotient, for shaders. Errors as those of
+    /// [`Self::layers`], but for texels.
+    pub fn quotient(
+        &self,
+        clip_from_world: [[f64; 4]; 4],
+        size: [u32; 2],
+    ) -> Result<(MapProjection, ShadowDepthQuotient), ModelError> {
+        let (projection, curve) = self.curve(&clip_from_world, size)?;
+        Ok((projection, curve.quotient()))
+    }
+
     fn space(&self) -> ClipSpace {
         match *self {
             Self::Clip(space) | Self::AlongRay(space) | Self::AlongRayShare { space, .. } => space,
@@ -291,6 +303,37 @@ impl DepthCurve {
             });
         };
         Ok(Self::AlongRay { step, step_u: at_u - step, step_v: at_v - step, share })
+    }
+
+    fn quotient(&self) -> ShadowDepthQuotient {
+        // z = at_0 + scale·texel.
+        let line = |space: ClipSpace| {
+            let at_0 = space.z_of_texel(0.0);
+            (at_0, space.z_of_texel(1.0) - at_0)
+        };
+        match *self {
+            Self::Parallel { space, scale } => {
+                let (at_0, line) = line(space);
+                ShadowDepthQuotient::Quotient {
+                    coefficients: [(at_0 - space.near()) * scale, line * scale, 1.0, 0.0],
+                    slope: DVec2::ZERO,
+                    cleared: Some(space.cleared()),
+                }
+            }
+            Self::Perspective { space, constant, middle, slope } => {
+                let (at_0, line) = line(space);
+                ShadowDepthQuotient::Quotient {
+                    coefficients: [constant, 0.0, at_0 - middle, line],
+                    slope: -slope,
+                    cleared: Some(space.cleared()),
+                }
+            }
+            Self::AlongRay { step, step_u, step_v, share } => ShadowDepthQuotient::AlongRay {
+                way: [step, step_u, step_v],
+                share: share.map_or([0.0, 1.0], |[near, far]| [near, far - near]),
+                cleared: share.map(|_| 1.0),
+            },
+        }
     }
 
     fn decode_row(&self, v: f64, texels: &[f32], out: &mut Vec<f32>) {

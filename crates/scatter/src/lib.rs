@@ -78,6 +78,8 @@ pub use light_volume;
 pub use minmax_mipmap;
 #[cfg(feature = "raymarch-ref")]
 pub use raymarch_ref;
+#[cfg(feature = "gpu")]
+pub use scatter_gpu as gpu;
 
 /// Every technique that this build has, the marcher first. The one place that names them all.
 pub static TECHNIQUES: &[&dyn Technique] = &[

@@ -18,6 +18,7 @@ use scatter_validate::{
 use crate::Verdict;
 use crate::auto::AutoPlanner;
 use crate::flags::{CompareWith, Render};
+use crate::gpu;
 use crate::machine_file::machine_of;
 use crate::mesh_file::export_mesh;
 use crate::output::{check_writable, print, print_json, stderr_line};
@@ -33,7 +34,12 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
         [id] => id.as_str(),
         _ => bail!("--method: render takes one technique; give the option once"),
     };
+    let id = &gpu::id_on(rendering.device, id);
     let method = method(id)?;
+    if id.ends_with("@gpu") {
+        let adapter = gpu::adapter().map_err(|none| anyhow::anyhow!("--method {id}: {none}"))?;
+        stderr_line(&format!("gpu: {adapter}"));
+    }
     match method {
         Method::Technique(technique) => check_options(rendering, &[technique])?,
         _ => check_options(rendering, &[])?,

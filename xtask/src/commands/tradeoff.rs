@@ -19,7 +19,8 @@ use serde::Serialize;
 use super::page;
 use super::sweep::{HEADING, Job, LEVELS_MEAN, RUNGS_MEAN, WINNERS_MEAN, map_errors};
 use crate::Verdict;
-use crate::flags::Tradeoff;
+use crate::flags::{Device, Tradeoff};
+use crate::gpu;
 use crate::output::{check_folder, check_writable, print, print_json, stderr_line, write_text};
 use crate::select::{Method, baseline, check_options, method, raster_device, shots};
 
@@ -206,11 +207,14 @@ impl Run<'_> {
 /// worth a row.
 fn techniques(flags: &Tradeoff) -> anyhow::Result<Vec<&'static dyn Technique>> {
     if flags.rendering.methods.is_empty() {
-        return Ok(TECHNIQUES.to_vec());
+        return Ok(match flags.rendering.device {
+            Device::Cpu => TECHNIQUES.to_vec(),
+            Device::Gpu => gpu::techniques().to_vec(),
+        });
     }
     let mut techniques = Vec::new();
     for id in &flags.rendering.methods {
-        match method(id)? {
+        match method(&gpu::id_on(flags.rendering.device, id))? {
             Method::Technique(technique) => techniques.push(technique),
             Method::ShadowMapTruth if flags.motion => {}
             _ => bail!(

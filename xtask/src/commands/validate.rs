@@ -20,7 +20,8 @@ use super::sweep::{self, Job};
 use super::{light_curves, page, stress};
 use crate::Verdict;
 use crate::auto::AutoPlanner;
-use crate::flags::{Rendering, Validate};
+use crate::flags::{Device, Rendering, Validate};
+use crate::gpu;
 use crate::machine_file::machine_of;
 use crate::output::{check_folder, print, print_json, stderr_line};
 use crate::progress::Progress;
@@ -38,14 +39,24 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     let foreign = Foreign::of(flags)?;
     let earlier = flags.baseline.as_deref().map(read_baseline).transpose()?;
     let raster = raster_device(&rendering.maps)?;
-    let methods = rendering.methods.iter().map(|id| method(id)).collect::<anyhow::Result<Vec<Method>>>()?;
+    let ids: Vec<_> = rendering.methods.iter().map(|id| gpu::id_on(rendering.device, id)).collect();
+    if rendering.device == Device::Gpu || ids.iter().any(|id| id.ends_with("@gpu")) {
+        match gpu::adapter() {
+            Ok(adapter) => stderr_line(&format!("gpu: {adapter}")),
+            Err(none) => return skipped(&none, &ids, &flags.shots),
+        }
+    }
+    let methods = ids.iter().map(|id| method(id)).collect::<anyhow::Result<Vec<Method>>>()?;
     if methods.iter().any(|m| matches!(m, Method::HeightFieldTruth)) {
         bail!(
             "--method {HEIGHT_FIELD_TRUTH}: techniques are judged by the map's nearest texels; compare one with it by render --compare"
         );
     }
     let techniques: Vec<&'static dyn Technique> = if methods.is_empty() && foreign.is_none() {
-        TECHNIQUES.to_vec()
+        match rendering.device {
+            Device::Cpu => TECHNIQUES.to_vec(),
+            Device::Gpu => gpu::techniques().to_vec(),
+        }
     } else {
         let chosen = methods.iter().filter_map(|method| match method {
             Method::Technique(technique) => Some(*technique),
@@ -187,6 +198,16 @@ fn heading(flags: &Validate) -> String {
         scatter_validate::SHADOW_MAP_TRUTH,
         scatter_validate::RAYCAST_TRUTH,
     )
+}
+
+/// Without an adapter no row of the GPU is measured: said, counted, and a failure where the rows were asked for by name or the
+/// environment says `SCATTER_GPU=required`.
+fn skipped(none: &str, ids: &[String], shots: &[String]) -> anyhow::Result<Verdict> {
+    let methods = if ids.is_empty() { gpu::techniques().len() } else { ids.len() };
+    let count = methods * crate::select::shots(shots)?.len();
+    stderr_line(&format!("{count} rows, {count} skipped, 0 out of tolerance: SKIPPED: {none}"));
+    let required = std::env::var_os("SCATTER_GPU").is_some_and(|value| value == "required");
+    Ok(if required || !ids.is_empty() { Verdict::OutOfTolerance } else { Verdict::Well })
 }
 
 /// A page that says how its techniques were run.

@@ -1,0 +1,10 @@
+//! For tests, tools and reports on machines with a driver: a device of one's own, and every technique of this crate as a
+//! `VolumetricShadow` that uploads a frame, submits, waits and reads back. Engines do none of that.
+
+mod device;
+mod technique;
+mod tool;
+
+pub use device::{Bound, HarnessDevice, NoAdapter};
+pub use technique::{GpuTechnique, MARCH_GPU_ID, MINMAX_GPU_ID};
+pub use tool::{MarchSteps, NoOptions, TECHNIQUES, technique};

@@ -1,0 +1,38 @@
+//! Techniques on the GPU, where this build has them and the machine a driver.
+
+use scatter::Technique;
+
+use crate::flags::Device;
+
+/// An id as it is meant on a device: `raymarch` on the GPU is `raymarch@gpu`; references stay what they are.
+pub fn id_on(device: Device, id: &str) -> String {
+    if device == Device::Gpu && !id.contains('@') && !id.starts_with("truth-") {
+        format!("{id}@gpu")
+    } else {
+        id.into()
+    }
+}
+
+/// All techniques of the GPU.
+pub fn techniques() -> &'static [&'static dyn Technique] {
+    #[cfg(feature = "gpu")]
+    return scatter_gpu::harness::TECHNIQUES;
+    #[cfg(not(feature = "gpu"))]
+    return &[];
+}
+
+/// The technique with that id.
+pub fn technique(id: &str) -> Option<&'static dyn Technique> {
+    techniques().iter().copied().find(|technique| technique.info().id == id)
+}
+
+/// What the GPU's techniques run on, or why they cannot.
+pub fn adapter() -> Result<String, String> {
+    #[cfg(feature = "gpu")]
+    return match scatter_gpu::harness::HarnessDevice::shared() {
+        Ok(device) => Ok(device.describe()),
+        Err(none) => Err(format!("no adapter: {none}")),
+    };
+    #[cfg(not(feature = "gpu"))]
+    return Err("xtask was built without its feature gpu".into());
+}
