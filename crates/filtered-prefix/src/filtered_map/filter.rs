@@ -291,20 +291,21 @@ impl<'a> Reference<'a> {
         match self.lamp {
             None => {
                 let extinction = self.sigma * self.length;
-                for lane in 0..LANES {
-                    let span = lights.spans[lane];
+                let lights_of = lights.ways.iter().zip(&lights.spans);
+                for (weight, (&way, &span)) in weights.iter_mut().zip(lights_of) {
                     let depth = extinction * span;
                     // The middle rule with its next term, of spans that are far shorter than a mean free path where there is light.
-                    let weight = exp_f32(-(extinction * lights.ways[lane]).min(80.0)) * span;
-                    weights[lane] = (weight * (1.0 + depth * depth / 24.0)).max(LEAST_WEIGHT);
+                    let light = exp_f32(-(extinction * way).min(80.0)) * span;
+                    *weight = (light * (1.0 + depth * depth / 24.0)).max(LEAST_WEIGHT);
                 }
                 if lights.is_first {
                     weights[0] = sun_interval_f32(extinction, 0.0, lights.first_end).max(LEAST_WEIGHT);
                 }
             }
             Some(distance) => {
-                for lane in 0..LANES {
-                    weights[lane] = self.of_lamp(distance, lights.columns[lane], lights.widths[lane]);
+                let lights_of = lights.columns.iter().zip(&lights.widths);
+                for (weight, (&column, &width)) in weights.iter_mut().zip(lights_of) {
+                    *weight = self.of_lamp(distance, column, width);
                 }
             }
         }
