@@ -71,7 +71,7 @@ static TABLE: OptionTable<Options> = OptionTable {
         option_row!(
             "fetch",
             "how pixels get a row's answers: exact, or one bilinear or nearest fetch from a filtered projective map (the paper's \
-             own way, which certifies nothing and is far off near the epipole)",
+             own way, which certifies nothing)",
             Fetch,
             fetch
         ),

@@ -6,25 +6,29 @@
 //! pixel ──▶ column, row, depth of its ray's end ──▶ fetch ──▶ share ──▶ unoccluded closed form × share
 //! ```
 //!
-//! Its cost follows from the picture and the map alone, and so does its memory; it promises nothing, and one range of depths for all
-//! rows makes it far off where the epipole is near (README, "One fetch a pixel"). What the crate does by itself
+//! Its cost follows from the picture and the map alone, and so does its memory; it promises nothing. What the crate does by itself
 //! (rows of exact runs, certificates) has none of this map.
 
 mod answer;
 mod filter;
 mod numbers;
+mod references;
+mod row_depths;
 
 use epipolar::driver::{Resolve, Shares};
 use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, simd_level};
 
 use self::numbers::{Number, Numbers};
+use self::references::References;
+use self::row_depths::RowDepths;
 use crate::options::{Basis, Options, Weighting};
-use crate::projective::OwnMap;
+use crate::projective::{OwnMap, Rectification};
 
 /// A filtered map; kept from frame to frame.
 #[derive(Debug)]
 pub struct FilteredMap {
     numbers: Numbers,
+    row_depths: RowDepths,
     shares: Shares,
     simd: Level,
 }
@@ -32,7 +36,8 @@ pub struct FilteredMap {
 impl Default for FilteredMap {
     /// For the CPU that it runs on.
     fn default() -> Self {
-        Self { numbers: Numbers::default(), shares: Shares::default(), simd: simd_level() }
+        let (numbers, row_depths) = (Numbers::default(), RowDepths::default());
+        Self { numbers, row_depths, shares: Shares::default(), simd: simd_level() }
     }
 }
 
@@ -47,26 +52,48 @@ impl FilteredMap {
         let facts = SceneFacts::of(frame);
         let mut stats = RenderStats::default();
         let mut clock = StageClock::start();
+        let Some(rectification) = map.rectification() else { return stats };
+        // Three channels share one row: their mean.
+        let sigma = match options.weighting {
+            Some(Weighting::Average) => 0.0,
+            _ => frame.medium().sigma_t().iter().sum::<f64>() / 3.0,
+        };
+        let references = References::new(frame, rectification, &facts, sigma);
+        self.row_depths.fill(map, rectification, frame.camera());
         let count = options.coefficients as usize;
+        let a_texel = (count + filter::BESIDE) * references.count();
         let area = frame.size().map(|side| side as usize).iter().product();
         self.shares.clear(area, 1);
         let texels = map.texel_count();
         let mut numbers = std::mem::take(&mut self.numbers);
-        numbers.make_room(options.storage, texels * count);
+        numbers.make_room(options.storage, texels * a_texel);
         numbers.visit(
             options.storage,
-            Work { own: self, frame, map, options, stats: &mut stats, clock: &mut clock },
+            Work {
+                own: self,
+                frame,
+                map,
+                rectification,
+                references,
+                sigma,
+                options,
+                stats: &mut stats,
+                clock: &mut clock,
+            },
         );
         self.numbers = numbers;
         let walked = Resolve::new(frame, Some((&self.shares, 1)), self.simd).image(out);
         clock.lap(&mut stats, "resolve");
         stats.counts.push("texels", texels as u64);
-        stats.counts.push("bytes a texel", (count * options.storage.bytes()) as u64);
+        stats.counts.push("bytes a texel", (a_texel * options.storage.bytes()) as u64);
+        stats.counts.push("reference rays", references.count() as u64);
         stats.counts.push("queries", area as u64);
         stats.counts.push("walked pixels", walked);
         stats.push_modelled(&facts);
-        stats.memory_bytes =
-            (self.numbers.memory_bytes() + self.shares.memory_bytes() + map.memory_bytes()) as u64;
+        stats.memory_bytes = (self.numbers.memory_bytes()
+            + self.row_depths.memory_bytes()
+            + self.shares.memory_bytes()
+            + map.memory_bytes()) as u64;
         stats
     }
 }
@@ -76,6 +103,9 @@ struct Work<'a, 'f> {
     own: &'a mut FilteredMap,
     frame: &'a Frame<'f>,
     map: &'a OwnMap,
+    rectification: &'a Rectification,
+    references: References,
+    sigma: f64,
     options: &'a Options,
     stats: &'a mut RenderStats,
     clock: &'a mut StageClock,
@@ -83,14 +113,14 @@ struct Work<'a, 'f> {
 
 impl numbers::Visit for Work<'_, '_> {
     fn visit<T: Number>(self, numbers: &mut [T]) {
-        let Self { own, frame, map, options, stats, clock } = self;
-        let Some(rectification) = map.rectification() else { return };
-        let even = options.weighting == Some(Weighting::Average);
-        let filter = filter::RowFilter::new(frame, map, rectification, even);
+        let Self { own, frame, map, rectification, references, sigma, options, stats, clock } = self;
+        let (own, shared) = (&*own, (frame, map, rectification));
+        let filter = filter::RowFilter::new(shared, &own.row_depths, references, sigma);
         let count = options.coefficients as usize;
         filter.fill(own.simd, options.basis, count, numbers);
         clock.lap(stats, "prefix");
-        let answers = answer::Answers::new(frame, map, rectification, (&*numbers, count), options.fetch);
+        let numbers = (&*numbers, count);
+        let answers = answer::Answers::new(shared, numbers, &own.row_depths, references, options.fetch);
         match options.basis {
             Basis::Fourier => answers.fourier(own.simd, &own.shares),
             Basis::Moments => answers.moments(own.simd, options.storage, &own.shares),

@@ -5,6 +5,7 @@ use epipolar::geometry::diamond_angle;
 use epipolar::rows::Row;
 use scatter_core::{Frame, MapError, MapSource, RenderError, ShadowMap, at_level, parallel};
 
+use super::columns::LightSpread;
 use super::rectification::{Extent, NotRectified, Reach, Rectification};
 
 /// Texels that become lit columns side by side.
@@ -12,6 +13,9 @@ const LANES: usize = 64;
 
 /// Least cosine between a slice and the bisectrix: slices beside the image that no pixel needs may have less.
 const LEAST_COSINE: f64 = 1e-3;
+
+/// Most splits of a map.
+pub const MOST_SPLITS: usize = 16;
 
 /// How many texels a map has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,10 +35,13 @@ pub struct OwnMap {
     columns: usize,
     rows: usize,
     splits: u32,
+    /// κ between the splits, one more than there are.
+    borders: [f64; MOST_SPLITS + 1],
     /// z/w of the first surface along each light ray, ∞ for none: `[split][row][column]`.
     texels: Vec<f32>,
     split: Vec<f32>,
     reach: Reach,
+    spread: LightSpread,
 }
 
 impl OwnMap {
@@ -48,19 +55,20 @@ impl OwnMap {
         extent: Extent,
     ) -> Result<Result<(), NotRectified>, RenderError> {
         self.clear();
-        let rectification = match Rectification::new(frame, by_itself, extent, &mut self.reach) {
+        let mut rectification = match Rectification::new(frame, by_itself, extent, &mut self.reach) {
             Ok(rectification) => rectification,
             Err(reason) => return Ok(Err(reason)),
         };
         let OwnMapSettings { columns, rows, splits } = settings;
-        self.splits = splits.clamp(1, columns.max(1));
+        self.splits = splits.clamp(1, columns.clamp(1, MOST_SPLITS as u32));
         let a_split = (columns / self.splits).max(1);
         (self.columns, self.rows) = (a_split as usize, rows.max(1) as usize);
+        self.lay_borders(frame, &mut rectification, extent);
         let area = self.columns * self.rows;
         self.texels.clear();
         self.texels.resize(area * self.splits as usize, f32::INFINITY);
         for split in 0..self.splits {
-            let borders = self.split_borders(&rectification, split);
+            let borders = self.split_borders(split);
             match source {
                 Some(source) => {
                     let clip = rectification.clip_from_world(borders);
@@ -76,6 +84,28 @@ impl OwnMap {
         }
         self.rectification = Some(rectification);
         Ok(Ok(()))
+    }
+
+    /// Where the splits lie: means of whole rays need texels where the light of rays is, rows of runs only to come near enough.
+    fn lay_borders(&mut self, frame: &Frame<'_>, rectification: &mut Rectification, extent: Extent) {
+        let borders = &mut self.borders[..=self.splits as usize];
+        match extent {
+            Extent::Maps => {
+                for (index, border) in borders.iter_mut().enumerate() {
+                    *border = rectification.split_border(index as u32, self.splits);
+                }
+            }
+            Extent::ViewRays => {
+                let farthest = rectification.columns[1];
+                self.spread.fill(frame, rectification);
+                let far = rectification.place(farthest);
+                let near = self.spread.nearest(far);
+                self.spread.borders([near, far], borders);
+                borders.iter_mut().for_each(|border| *border = rectification.column(*border));
+                borders[self.splits as usize] = farthest;
+                rectification.columns = [borders[0], farthest];
+            }
+        }
     }
 
     /// Forgets the map; its memory stays.
@@ -119,8 +149,8 @@ impl OwnMap {
     }
 
     /// κ at which a split begins and at which it ends.
-    pub fn split_borders(&self, rectification: &Rectification, split: u32) -> [f64; 2] {
-        [split, split + 1].map(|index| rectification.split_border(index, self.splits))
+    pub fn split_borders(&self, split: u32) -> [f64; 2] {
+        [self.borders[split as usize], self.borders[split as usize + 1]]
     }
 
     /// y of the middle of a row.
@@ -162,7 +192,7 @@ impl OwnMap {
         let index = (place.max(0.0) as usize).min(self.rows - 1);
         let surface = Surfaces::new(rectification, slice, cosine);
         for split in 0..self.splits {
-            let [near, far] = self.split_borders(rectification, split);
+            let [near, far] = self.split_borders(split);
             if light_ray(near) > slice.reach() {
                 break;
             }
@@ -181,7 +211,9 @@ impl OwnMap {
 
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
-        4 * (self.texels.capacity() + self.split.capacity()) + self.reach.memory_bytes()
+        4 * (self.texels.capacity() + self.split.capacity())
+            + self.reach.memory_bytes()
+            + self.spread.memory_bytes()
     }
 }
 

@@ -7,8 +7,9 @@
 //! slice ──▶ its row of texels ──▶ runs of light rays, with the columns that see them lit
 //! ```
 
+mod columns;
 mod map;
 mod rectification;
 
-pub use map::{OwnMap, OwnMapSettings};
+pub use map::{MOST_SPLITS, OwnMap, OwnMapSettings};
 pub use rectification::{Extent, NotRectified, Reach, Rectification};

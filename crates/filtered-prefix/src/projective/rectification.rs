@@ -151,7 +151,7 @@ impl Rectification {
 
     /// Where along a view ray a column is, in a number that light is spread evenly over: the way across the light under a sun,
     /// the angle at a lamp \[radians\].
-    fn place(&self, column: f64) -> f64 {
+    pub fn place(&self, column: f64) -> f64 {
         match self.lamp {
             None => 1.0 / column,
             Some(_) => 1f64.atan2(column),
@@ -159,7 +159,7 @@ impl Rectification {
     }
 
     /// The inverse of [`Self::place`].
-    fn column(&self, place: f64) -> f64 {
+    pub fn column(&self, place: f64) -> f64 {
         match self.lamp {
             None => 1.0 / place,
             Some(_) => place.cos() / place.sin(),
@@ -217,8 +217,8 @@ impl Rectification {
         [first, column, row]
     }
 
-    /// z of the middle of what the image shows of the slice y.
-    pub fn middle_depth(&self, camera: &Camera, y: f64) -> f64 {
+    /// Smallest and largest z of what the image shows of the slice y; of a slice beside it those of all view rays.
+    pub fn depths_of_slice(&self, camera: &Camera, y: f64) -> [f64; 2] {
         let [mut least, mut most] = self.depths;
         let [width, height] = camera.size().map(f64::from);
         // The image of the view ray of a depth is linear in it.
@@ -233,9 +233,7 @@ impl Rectification {
                 most = most.min(crossing);
             }
         }
-        // A row beside the image.
-        let [first, last] = if least < most { [least, most] } else { self.depths };
-        0.5 * (first + last)
+        if least < most { [least, most] } else { self.depths }
     }
 
     /// z of the point of a light ray that is `s` directions from its start ([`Self::light_ray`]).
