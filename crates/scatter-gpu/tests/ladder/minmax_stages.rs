@@ -1,8 +1,6 @@
 //! Rungs 2 and 5 of the ladder for exact min/max: extrema equal to the bit, the traversal fed the CPU's extrema, what it
 //! looked at, mutants of both, and textures of random bits.
 
-mod support;
-
 use scatter_core::{DepthEncoding, Frame};
 use scatter_gpu::harness::{Bound, HarnessDevice};
 use scatter_gpu::{GpuFrame, Inputs, Output, ShadowDepth, Technique, View, ViewOptions, wgpu};
@@ -117,7 +115,7 @@ fn noise(kind: MapKind, side: u32) -> OwnedFrame {
 
 #[test]
 fn extrema_are_those_of_the_texels_to_the_bit() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     let device = HarnessDevice::shared().unwrap();
@@ -221,7 +219,7 @@ fn traversed(
 /// that takes a column's border for a row's.
 #[test]
 fn the_traversal_looks_at_few_nodes_and_mutants_of_it_are_seen() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     let device = HarnessDevice::shared().unwrap();
@@ -271,7 +269,7 @@ static TRAVERSE_FLOAT_STATIC: Module = TRAVERSE_FLOAT;
 /// Whatever the textures hold, the image is finite, and both frames have the same bits.
 #[test]
 fn textures_of_random_bits_give_finite_images_twice_the_same() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     let device = HarnessDevice::shared().unwrap();

@@ -1,8 +1,6 @@
 //! Rungs 2 to 5 of the ladder for exact min/max: extrema bit-equal, images against the CPU's exact mode and against the
 //! exact walk, textures of random bits.
 
-mod support;
-
 use minmax_mipmap::{MinMaxMipmap, Mode, Options};
 use raymarch_ref::ShadowMapWalk;
 use scatter_core::{Camera, HeightFalloff, Medium, Phase, ScatterImage};
@@ -41,7 +39,7 @@ fn fillings() -> [Filling; 2] {
 
 #[test]
 fn every_kind_of_map_gives_the_exact_image() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     for kind in MapKind::ALL {
@@ -60,7 +58,7 @@ fn every_kind_of_map_gives_the_exact_image() {
 
 #[test]
 fn glass_gives_the_exact_image() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     for kind in MapKind::ALL {
@@ -76,7 +74,7 @@ fn glass_gives_the_exact_image() {
 
 #[test]
 fn fog_and_orthographic_cameras_give_the_exact_image() {
-    if support::skipped() {
+    if crate::support::skipped() {
         return;
     }
     let random = Filling::Random { seed: 5, far: 12.0 };
