@@ -193,3 +193,38 @@ fn shared_constants_have_one_value() {
     );
     assert_eq!(value("FARTHEST"), f64::from(scatter_kernels::FARTHEST));
 }
+
+/// Rung 0b: naga writes every module for Vulkan, Direct3D and Metal.
+#[test]
+fn every_module_is_written_as_spir_v_hlsl_and_msl() {
+    for module in MODULES.iter().chain(&scatter_kernels::minmax::MODULES) {
+        let text = module.assemble();
+        let (parsed, info) = parsed(&text).unwrap();
+        // With the defaults of what may be overridden.
+        let (parsed, info) =
+            naga::back::pipeline_constants::process_overrides(&parsed, &info, None, &Default::default())
+                .unwrap_or_else(|error| panic!("{}: overrides: {error}", module.name));
+        let spirv = naga::back::spv::write_vec(&parsed, &info, &naga::back::spv::Options::default(), None)
+            .unwrap_or_else(|error| panic!("{}: SPIR-V: {error}", module.name));
+        let options = naga::back::hlsl::Options::default();
+        let mut hlsl = String::new();
+        naga::back::hlsl::Writer::new(&mut hlsl, &options, &naga::back::hlsl::PipelineOptions::default())
+            .write(&parsed, &info, None)
+            .unwrap_or_else(|error| panic!("{}: HLSL: {error}", module.name));
+        let (msl, _) = naga::back::msl::write_string(
+            &parsed,
+            &info,
+            &naga::back::msl::Options { fake_missing_bindings: true, ..Default::default() },
+            &naga::back::msl::PipelineOptions::default(),
+        )
+        .unwrap_or_else(|error| panic!("{}: MSL: {error}", module.name));
+        println!(
+            "{}: {} bytes of WGSL, {} of SPIR-V, {} of HLSL, {} of MSL",
+            module.name,
+            text.len(),
+            4 * spirv.len(),
+            hlsl.len(),
+            msl.len()
+        );
+    }
+}
