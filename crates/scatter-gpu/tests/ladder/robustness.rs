@@ -333,10 +333,10 @@ fn the_picture_is_composed_at_full_and_half_size() {
             for y in 0..21u32 {
                 for x in 0..34u32 {
                     let found = halves[((y + 6) * 40 + x + 4) as usize];
-                    for c in 0..3 {
+                    for (c, &bits) in found[..3].iter().enumerate() {
                         let through = f64::from(image.transmittance()[(y * 34 + x) as usize][c]);
                         let expected = 2.0 * f64::from(image.at(x, y)[c]) + 0.5 * through;
-                        worst = worst.max((half(found[c]) / expected - 1.0).abs());
+                        worst = worst.max((half(bits) / expected - 1.0).abs());
                     }
                 }
             }
