@@ -2,6 +2,7 @@
 
 mod frame_setup;
 mod frame_uniform;
+pub mod in_slice;
 pub mod minmax;
 pub mod modules;
 pub mod plan;

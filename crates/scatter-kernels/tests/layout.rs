@@ -11,6 +11,10 @@ use scatter_kernels::{FrameUniform, MapLayer, PhaseTerm, flags};
 const WORKGROUP_BYTES: u32 = 16_384;
 const STORAGE_BUFFERS: usize = 8;
 
+fn every_module() -> impl Iterator<Item = &'static &'static Module> {
+    MODULES.iter().chain(&scatter_kernels::minmax::MODULES).chain(&scatter_kernels::in_slice::MODULES)
+}
+
 fn parsed(text: &str) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
     let module = naga::front::wgsl::parse_str(text).map_err(|error| error.emit_to_string(text))?;
     let mut validator =
@@ -54,6 +58,39 @@ fn layout_of(text: &str) -> Result<(), String> {
         ]
     );
     Ok(())
+}
+
+/// The same of the structs of techniques, and their constants.
+#[test]
+fn structs_of_techniques_have_one_layout() {
+    use scatter_kernels::in_slice::{self, Ask, Task};
+    use scatter_kernels::minmax::{self, TreeLayer};
+    macro_rules! check {
+        ($module:expr, $rust:ident, [$($field:ident),*]) => {{
+            let (module, _) = parsed(&$module.assemble()).unwrap();
+            let mut expected = BTreeMap::new();
+            $(expected.insert(stringify!($field).to_string(), offset_of!($rust, $field) as u32);)*
+            let found = members(&module, stringify!($rust)).unwrap();
+            assert_eq!(found, (expected, size_of::<$rust>() as u32), stringify!($rust));
+        }};
+    }
+    let tree = minmax::TRAVERSE_FLOAT;
+    check!(tree, TreeLayer, [start, step, size, origin, perspective, coarsest, offsets]);
+    let sums = in_slice::SUMS;
+    check!(
+        sums,
+        Task,
+        [first_run, run_count, first_prefix, first_chunk, first_column, column_count, first_ask, ask_count]
+    );
+    check!(sums, Ask, [rank, run, answer, padding, end]);
+    for (module, name, value) in [
+        (tree, "FINEST", minmax::FINEST),
+        (tree, "COARSEST", minmax::COARSEST),
+        (sums, "CHUNK", in_slice::CHUNK),
+        (sums, "COLUMNS", in_slice::COLUMNS),
+    ] {
+        assert!(module.assemble().contains(&format!("const {name}: u32 = {value}u;")), "{name}");
+    }
 }
 
 fn kind_of(module: &naga::Module, variable: &naga::GlobalVariable) -> Option<BindingKind> {
@@ -134,7 +171,7 @@ fn check(module: &Module) -> Result<(), String> {
 
 #[test]
 fn every_module_is_valid_and_binds_what_its_table_says() {
-    for module in MODULES.iter().chain(&scatter_kernels::minmax::MODULES) {
+    for module in every_module() {
         if let Err(problem) = check(module) {
             panic!("{}: {problem}", module.name);
         }
@@ -197,7 +234,7 @@ fn shared_constants_have_one_value() {
 /// Rung 0b: naga writes every module for Vulkan, Direct3D and Metal.
 #[test]
 fn every_module_is_written_as_spir_v_hlsl_and_msl() {
-    for module in MODULES.iter().chain(&scatter_kernels::minmax::MODULES) {
+    for module in every_module() {
         let text = module.assemble();
         let (parsed, info) = parsed(&text).unwrap();
         // With the defaults of what may be overridden.
