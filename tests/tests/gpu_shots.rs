@@ -1,0 +1,83 @@
+//! The GPU's techniques on the built-in shots, as small pictures of odd sides: the marcher against the CPU's marcher, exact
+//! min/max against the exact walk through the same maps. SKIPPED without an adapter, unless `SCATTER_GPU=required`.
+
+use scatter_core::{Quality, Target, Technique};
+use scatter_gpu::harness::{self, HarnessDevice, MARCH_GPU_ID, MINMAX_GPU_ID};
+use scatter_scene::{builtin_shots, export, load_shot};
+use scatter_validate::measure::{Measurement, Outcome, Renderer, measure};
+use scatter_validate::staged_shot::resized;
+use scatter_validate::truths::shadow_map_truth;
+use scatter_validate::{Labelled, StagedShot, compare};
+
+const SIZE: [u32; 2] = [161, 119];
+const MAP: u32 = 256;
+const STEPS: [(&str, &str); 1] = [("steps", "256")];
+
+/// Of both: what the ladder's third rung promises. Sums of 256 f32 are within 1e-5; the rest are samples and crossings on a
+/// neighbouring texel.
+const MOST: f64 = 1e-4;
+
+fn rendered(
+    technique: &'static dyn Technique,
+    options: &[(&str, &str)],
+    staged: &StagedShot,
+) -> Option<Measurement> {
+    let target = Target::Quality(Quality::Preview);
+    let mut renderer = Renderer::configured(technique, target, options, staged).unwrap().unwrap();
+    match measure(staged, &mut renderer, 1).unwrap() {
+        Outcome::Measured(measurement) => Some(*measurement),
+        Outcome::Unsupported(reason) => {
+            println!("{}: {reason}", staged.name());
+            None
+        }
+    }
+}
+
+#[test]
+fn every_built_in_shot_is_what_the_cpu_says() {
+    match HarnessDevice::shared() {
+        Ok(device) => println!("gpu: {}", device.describe()),
+        Err(none) => {
+            let required = std::env::var_os("SCATTER_GPU").is_some_and(|value| value == "required");
+            assert!(!required, "SCATTER_GPU=required, and there is no adapter: {none}");
+            println!("SKIPPED every_built_in_shot_is_what_the_cpu_says: no adapter: {none}");
+            return;
+        }
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let shots: Vec<_> = builtin_shots().iter().collect();
+    export(dir.path(), &shots).unwrap();
+    let (mut missed, mut judged) = (Vec::new(), 0);
+    for shot in shots {
+        let mut shot = load_shot(&dir.path().join(format!("{}.toml", shot.name))).unwrap();
+        shot.camera = resized(&shot.camera, SIZE).unwrap();
+        let staged = StagedShot::new(shot, MAP).unwrap();
+        let [march, exact] = [MARCH_GPU_ID, MINMAX_GPU_ID].map(|id| harness::technique(id).unwrap());
+        let pairs = [
+            (rendered(march, &STEPS, &staged), rendered(&raymarch_ref::TECHNIQUE, &STEPS, &staged)),
+            (rendered(exact, &[], &staged), shadow_map_truth(&staged).ok()),
+        ];
+        for (id, pair) in [MARCH_GPU_ID, MINMAX_GPU_ID].into_iter().zip(pairs) {
+            let (Some(found), Some(truth)) = pair else { continue };
+            let labelled = |label, of: &Measurement| (label, of.image.size);
+            let (label, size) = labelled("cpu", &truth);
+            let reference = Labelled { label, size, pixels: &truth.image.pixels };
+            let (label, size) = labelled(id, &found);
+            let figures =
+                compare(reference, Labelled { label, size, pixels: &found.image.pixels }, None).unwrap();
+            let line = format!(
+                "{} {id}: rel_rmse {:.1e} of {MOST:.0e}, p99 {:.1e}",
+                staged.name(),
+                figures.rel_rmse,
+                figures.p99
+            );
+            println!("{line}");
+            judged += 1;
+            if !(figures.rel_rmse <= MOST && figures.non_finite == 0) {
+                missed.push(line);
+            }
+        }
+    }
+    assert!(judged >= 10, "only {judged} pictures were judged");
+    assert!(missed.is_empty(), "{missed:#?}");
+}
