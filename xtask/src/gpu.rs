@@ -26,6 +26,21 @@ pub fn technique(id: &str) -> Option<&'static dyn Technique> {
     techniques().iter().copied().find(|technique| technique.info().id == id)
 }
 
+/// Ids of the GPU's techniques where a software driver runs them: their times are not a GPU's.
+pub fn emulated(techniques: &[&dyn Technique]) -> Vec<&'static str> {
+    let on_gpu = techniques.iter().map(|technique| technique.info().id).filter(|id| id.ends_with("@gpu"));
+    #[cfg(feature = "gpu")]
+    {
+        let mut on_gpu = on_gpu.peekable();
+        // Without a technique of the GPU no driver is looked for.
+        let is_emulated = on_gpu.peek().is_some()
+            && scatter_gpu::harness::HarnessDevice::shared().is_ok_and(|device| device.is_emulated());
+        if is_emulated { on_gpu.collect() } else { Vec::new() }
+    }
+    #[cfg(not(feature = "gpu"))]
+    on_gpu.collect()
+}
+
 /// What the GPU's techniques run on, or why they cannot.
 pub fn adapter() -> Result<String, String> {
     #[cfg(feature = "gpu")]

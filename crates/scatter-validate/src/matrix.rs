@@ -28,6 +28,8 @@ pub struct Matrix<'a> {
     pub baseline: Option<Baseline<'a>>,
     /// Who chooses a technique a shot for a further row, `auto`.
     pub planner: Option<&'a dyn Planner>,
+    /// Ids of techniques whose hardware a software driver stands for: their times are shown in brackets and enter no ratio.
+    pub emulated: Vec<&'a str>,
     /// How the techniques are run.
     pub settings: Settings,
     /// What they must keep.
@@ -91,6 +93,7 @@ impl Matrix<'_> {
         self.add_foreign(&judged, images, &mut collected)?;
         self.add_techniques(&judged, &mut collected, progress)?;
         self.add_planned(&judged, &mut collected, progress)?;
+        collected.rows.iter_mut().for_each(|row| row.emulated = self.emulated.contains(&row.method.as_str()));
         self.fill_ratios(&judged, &mut collected, progress)?;
         self.fill_raycast_map_times(&judged, &mut collected, progress)?;
         Ok(collected.with_truths(judged))
@@ -203,7 +206,7 @@ impl Matrix<'_> {
         progress: &mut dyn FnMut(&str),
     ) -> Result<(), JudgeError> {
         let Some(baseline) = self.baseline else { return Ok(()) };
-        let is_timed = |row: &&Row| row.level.is_some() && row.total_ms() > 0.0;
+        let is_timed = |row: &&Row| row.level.is_some() && row.total_ms() > 0.0 && !row.emulated;
         let is_own = |row: &&Row| row.requested.is_none() && baseline.is(&row.method);
         let own_row = to.rows.iter().filter(is_timed).rfind(is_own);
         let mut baseline_ms = own_row.map(Row::total_ms);

@@ -20,6 +20,9 @@ pub struct Row {
     /// `auto` where a planner chose the technique.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub requested: Option<String>,
+    /// Whether its times are a software driver's and not those of the hardware that it is made for.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub emulated: bool,
     /// The values of all options that it ran with; none for a reference.
     pub options: BTreeMap<String, String>,
     /// Those that were set by hand or searched for; the others follow from the level.
@@ -106,6 +109,7 @@ impl Row {
             shot: shot.name().to_string(),
             method: measurement.method.clone(),
             requested: None,
+            emulated: false,
             options: Default::default(),
             overrides: Default::default(),
             size: measurement.image.size,
@@ -164,6 +168,7 @@ pub(crate) mod tests {
             shot: shot.into(),
             method: method.into(),
             requested: None,
+            emulated: false,
             options: BTreeMap::new(),
             overrides: BTreeMap::new(),
             size: [4, 3],

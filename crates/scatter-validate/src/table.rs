@@ -65,7 +65,11 @@ pub(crate) fn cells(row: &Row) -> [String; COLUMNS] {
     [
         row.shot.clone(),
         method(row),
-        if was_timed { milliseconds(row.total_ms()) } else { "-".into() },
+        match was_timed {
+            false => "-".into(),
+            true if row.emulated => format!("({})", milliseconds(row.total_ms())),
+            true => milliseconds(row.total_ms()),
+        },
         row.ratio.map_or_else(|| "-".into(), |ratio| format!("{ratio:.2}")),
         of(row.errors.shadow_map, |f| f.rel_rmse),
         of(row.errors.shadow_map, |f| f.p99),
@@ -144,6 +148,16 @@ mod tests {
         assert!(columns.iter().all(|&width| width <= 120), "{columns:?}");
         let method = lines[0].find("method").unwrap();
         assert!(lines[1][method..].starts_with("raymarch") && lines[2][method..].starts_with("truth-height"));
+    }
+
+    #[test]
+    fn a_time_that_is_not_the_hardware_s_stands_in_brackets() {
+        let [mut timed, mut emulated] = [row("minmax-mipmap", "nave"), row("minmax-mipmap@gpu", "nave")];
+        for row in [&mut timed, &mut emulated] {
+            row.time_ms.insert("total".into(), 12.0);
+        }
+        emulated.emulated = true;
+        assert_eq!([&timed, &emulated].map(|row| cells(row)[2].clone()), ["12.0", "(12.0)"]);
     }
 
     #[test]

@@ -162,7 +162,8 @@ fn render(
     }
     let mut row = Row::new(&shot, &measurement, settings, errors);
     row.overrides = settings.overrides.iter().cloned().collect();
-    if matches!(method, Method::Technique(_)) {
+    if let Method::Technique(technique) = method {
+        row.emulated = !gpu::emulated(&[technique]).is_empty();
         row.options = resolved;
         row.level = Some(settings.quality.to_string());
     }

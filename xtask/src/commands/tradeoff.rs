@@ -28,6 +28,12 @@ use crate::select::{Method, baseline, check_options, method, raster_device, shot
 pub fn run(flags: &Tradeoff) -> anyhow::Result<Verdict> {
     let rendering = &flags.rendering;
     let techniques = techniques(flags)?;
+    if let Some(id) = gpu::emulated(&techniques).first() {
+        bail!(
+            "tradeoff of {id}: a software driver stands for the GPU, and its times are not a GPU's; run it on a machine with a card, or \
+             `validate --device gpu` for the errors"
+        );
+    }
     check_options(rendering, &techniques)?;
     let sources = shots(&flags.shots)?;
     if let Some(path) = &flags.plot {

@@ -88,14 +88,16 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
             budget: Budget::Level(rendering.quality),
             machine: machine_of(flags.machine.as_deref())?.with_threads(threads),
         };
-        let is_planned =
-            foreign.is_none() && (methods.is_empty() || methods.iter().any(|m| matches!(m, Method::Auto)));
+        let is_planned = foreign.is_none()
+            && ((methods.is_empty() && rendering.device == Device::Cpu)
+                || methods.iter().any(|m| matches!(m, Method::Auto)));
         let matrix = Matrix {
             techniques: techniques.clone(),
             map_row: methods.is_empty() || methods.iter().any(|m| matches!(m, Method::ShadowMapTruth)),
             raycast_row: methods.iter().any(|m| matches!(m, Method::RaycastTruth)),
             baseline: baseline(),
             planner: (is_planned && rendering.set.is_empty()).then_some(&planner as _),
+            emulated: gpu::emulated(&techniques),
             settings,
             tolerances,
         };

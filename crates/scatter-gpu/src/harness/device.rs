@@ -83,6 +83,11 @@ impl HarnessDevice {
         format!("{name}, {driver} {driver_info}, {backend:?}, {kind}, wgpu 30")
     }
 
+    /// Whether it is a software driver on the CPU: its times are not a GPU's.
+    pub fn is_emulated(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
     /// A texture of r32float layers with the given size. Texels: [`Self::write`].
     pub fn r32float(&self, size: [u32; 2], layers: u32) -> wgpu::Texture {
         self.texture(size, layers, wgpu::TextureFormat::R32Float)
