@@ -34,10 +34,25 @@ pub enum Command {
     Methods(Methods),
     /// The built-in shots: what each is there to show, triangles, light, optical depth
     Shots(Shots),
+    /// The GPU's shaders: checked by naga (and Dawn, where node has it), written as SPIR-V, HLSL and MSL; exit 1 if one is refused
+    #[cfg(feature = "gpu")]
+    Shaders(Shaders),
     /// Every technique on every extreme, against closed forms; exit 1 if a number is wrong
     Stress(Stress),
     /// Everything CI checks: format, lints, docs, all tests, a quick validate
     Test,
+}
+
+/// Flags of `shaders`.
+#[cfg(feature = "gpu")]
+#[derive(Debug, Args)]
+pub struct Shaders {
+    /// Write every module into this folder: assembled WGSL, SPIR-V, HLSL, MSL
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON document on stdout
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// What renders.

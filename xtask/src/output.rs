@@ -58,6 +58,12 @@ pub fn check_folder(folder: &Path) -> anyhow::Result<()> {
         .map_err(|error| anyhow!("{}: cannot write: {error}; name another folder", folder.display()))
 }
 
+/// Writes bytes into a file as a whole or not at all.
+#[cfg(feature = "gpu")]
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    Ok(write_atomically(path, |writer| writer.write_all(bytes))?)
+}
+
 /// Writes a text file whole or not at all.
 pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     Ok(write_atomically(path, |writer| writer.write_all(text.as_bytes()))?)

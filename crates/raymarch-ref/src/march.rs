@@ -22,6 +22,7 @@ mod packet;
 mod plan;
 mod sun_packet;
 mod sun_paths;
+mod tool;
 
 use scatter_core::{
     Capabilities, Frame, Level, Limits, OptionError, RenderError, RenderStats, ScatterImage, SceneFacts,
@@ -30,9 +31,10 @@ use scatter_core::{
 
 use lamp_packet::PhaseTerm;
 use lookups::MapLanes;
-pub use options::{Distribution, MOST_STEPS, Options, RayMarchTechnique, TECHNIQUE};
+pub use options::{Distribution, MOST_STEPS, Options};
 use packet::{PACKET_SIDE, TILE_SIDE};
 use plan::Plan;
+pub use tool::{RayMarchTechnique, TECHNIQUE};
 
 /// The id of [`RayMarch`].
 pub const MARCH_ID: &str = "raymarch";

@@ -9,4 +9,5 @@ pub mod plan;
 
 pub use frame_setup::{GpuFrame, SetupError, ShadowDepth};
 pub use frame_uniform::{FARTHEST, FrameUniform, MOST_PHASES, MapLayer, PhaseTerm, flags};
+pub use modules::Module;
 pub use plan::{Pass, Plan, PlanBuffer, TooLarge};

@@ -101,8 +101,13 @@ pub mod core {
     pub const OUTPUT: &str = include_str!("../../../shaders/core/output.wgsl");
 }
 
-/// All modules; the first is the first pass of every technique.
+/// The shared modules; the first is the first pass of every technique.
 pub const MODULES: &[&Module] = &[&DISTANCE, &DISTANCE_MULTISAMPLED, &MARCH_HALF, &MARCH_FLOAT, &COMPOSITE];
+
+/// Every module of the crate, those of techniques after the shared ones.
+pub fn all() -> impl Iterator<Item = &'static Module> {
+    MODULES.iter().chain(&crate::minmax::MODULES).chain(&crate::in_slice::MODULES).copied()
+}
 
 /// Depth texels to distances.
 pub const DISTANCE: Module = Module {

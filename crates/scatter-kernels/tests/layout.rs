@@ -4,16 +4,12 @@
 use std::collections::BTreeMap;
 use std::mem::offset_of;
 
-use scatter_kernels::modules::{BindingKind, MODULES, Module};
+use scatter_kernels::modules::{self, BindingKind, MODULES, Module};
 use scatter_kernels::{FrameUniform, MapLayer, PhaseTerm, flags};
 
 /// WebGPU's guaranteed workgroup memory and storage buffers a stage.
 const WORKGROUP_BYTES: u32 = 16_384;
 const STORAGE_BUFFERS: usize = 8;
-
-fn every_module() -> impl Iterator<Item = &'static &'static Module> {
-    MODULES.iter().chain(&scatter_kernels::minmax::MODULES).chain(&scatter_kernels::in_slice::MODULES)
-}
 
 fn parsed(text: &str) -> Result<(naga::Module, naga::valid::ModuleInfo), String> {
     let module = naga::front::wgsl::parse_str(text).map_err(|error| error.emit_to_string(text))?;
@@ -171,7 +167,7 @@ fn check(module: &Module) -> Result<(), String> {
 
 #[test]
 fn every_module_is_valid_and_binds_what_its_table_says() {
-    for module in every_module() {
+    for module in modules::all() {
         if let Err(problem) = check(module) {
             panic!("{}: {problem}", module.name);
         }
@@ -180,7 +176,7 @@ fn every_module_is_valid_and_binds_what_its_table_says() {
 
 #[test]
 fn shared_structs_have_one_layout() {
-    let text = scatter_kernels::modules::core::FRAME;
+    let text = modules::core::FRAME;
     layout_of(text).unwrap();
     // Mutants: a member moved, a member cut in two.
     for (from, to) in [
@@ -234,7 +230,7 @@ fn shared_constants_have_one_value() {
 /// Rung 0b: naga writes every module for Vulkan, Direct3D and Metal.
 #[test]
 fn every_module_is_written_as_spir_v_hlsl_and_msl() {
-    for module in every_module() {
+    for module in modules::all() {
         let text = module.assemble();
         let (parsed, info) = parsed(&text).unwrap();
         // With the defaults of what may be overridden.

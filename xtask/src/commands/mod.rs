@@ -10,6 +10,8 @@ mod page;
 pub mod plan;
 mod plan_survey;
 pub mod render;
+#[cfg(feature = "gpu")]
+pub mod shaders;
 pub mod shots;
 pub mod stress;
 mod sweep;
