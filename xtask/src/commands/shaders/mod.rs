@@ -83,7 +83,7 @@ fn row((module, translation): (&&Module, &Translation), dawn: Option<Vec<String>
 
 fn table(rows: &[ShaderRow]) -> String {
     let mut text = format!(
-        "{:<29}{:>8}{:>9}{:>11}{:>8}{:>9}{:>8}{:>8}  dawn\n",
+        "{:<29}{:>8}{:>10}{:>13}{:>8}{:>10}{:>8}{:>8}  dawn\n",
         "module", "entries", "bindings", "workgroup B", "WGSL B", "SPIR-V B", "HLSL B", "MSL B"
     );
     for row in rows {
@@ -94,7 +94,7 @@ fn table(rows: &[ShaderRow]) -> String {
         };
         let _ = writeln!(
             text,
-            "{:<29}{:>8}{:>9}{:>11}{:>8}{:>9}{:>8}{:>8}  {dawn}",
+            "{:<29}{:>8}{:>10}{:>13}{:>8}{:>10}{:>8}{:>8}  {dawn}",
             row.module,
             row.entries.len(),
             row.bindings,
