@@ -13,9 +13,13 @@ const SIZE: [u32; 2] = [161, 119];
 const MAP: u32 = 256;
 const STEPS: [(&str, &str); 1] = [("steps", "256")];
 
-/// Of both: what the ladder's third rung promises. Sums of 256 f32 are within 1e-5; the rest are samples and crossings on a
-/// neighbouring texel.
+/// Of exact min/max, rel_rmse: what the ladder's third rung promises of runs of f32.
 const MOST: f64 = 1e-4;
+/// Of the marcher, p99: 99 of 100 pixels differ by the rounding of 256 sums alone, 1e-5.
+const MOST_OF_MOST_PIXELS: f64 = 1e-4;
+/// Of the marcher, rel_rmse: in the hundredth pixel f32 may put a sample onto a neighbouring texel, one of 256, which is worth at
+/// most some five times what a mean pixel has of a sample: √0.01 · 5/256.
+const MOST_TIPPED: f64 = 2e-3;
 
 fn rendered(
     technique: &'static dyn Technique,
@@ -65,15 +69,17 @@ fn every_built_in_shot_is_what_the_cpu_says() {
             let (label, size) = labelled(id, &found);
             let figures =
                 compare(reference, Labelled { label, size, pixels: &found.image.pixels }, None).unwrap();
+            let [rel_rmse, p99] =
+                if id == MARCH_GPU_ID { [MOST_TIPPED, MOST_OF_MOST_PIXELS] } else { [MOST; 2] };
             let line = format!(
-                "{} {id}: rel_rmse {:.1e} of {MOST:.0e}, p99 {:.1e}",
+                "{} {id}: rel_rmse {:.1e} of {rel_rmse:.0e}, p99 {:.1e} of {p99:.0e}",
                 staged.name(),
                 figures.rel_rmse,
                 figures.p99
             );
             println!("{line}");
             judged += 1;
-            if !(figures.rel_rmse <= MOST && figures.non_finite == 0) {
+            if !(figures.rel_rmse <= rel_rmse && figures.p99 <= p99 && figures.non_finite == 0) {
                 missed.push(line);
             }
         }
