@@ -83,6 +83,6 @@ mod tests {
     fn a_broken_module_is_named_with_its_line() {
         let broken = Module { name: "broken", files: &["fn f() -> f32 {\n  return 1u;\n}"], entries: &[] };
         let error = translated(&broken).err().unwrap().to_string();
-        assert!(error.starts_with("broken: ") && error.contains(":2:"), "{error}");
+        assert!(error.starts_with("broken: ") && error.contains("2 │"), "{error}");
     }
 }
