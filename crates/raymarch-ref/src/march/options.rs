@@ -19,7 +19,7 @@ pub enum Distribution {
     EquiAngular,
 }
 
-/// Options of [`RayMarch`].
+/// Options of [`RayMarch`](super::RayMarch).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
     /// Steps a ray, 1 to [`MOST_STEPS`].
