@@ -8,26 +8,42 @@ use scatter_core::{
     CostModel, Estimate, LightKind, NoEstimate, Outlook, PredictedError, Quality, SceneSample, UnitCost,
 };
 
+use crate::driver::ErrorTarget;
 use crate::options::{ID, Options};
 
-static COSTS: CostModel = CostModel {
-    units: &[
-        UnitCost { name: "frame", nanoseconds: 1.5e5 },
-        UnitCost { name: "fitted-nanosecond", nanoseconds: 1.1 },
-    ],
-    thread_gain: 0.93,
-};
+/// What a technique on slices predicts of its presets by.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredSlices {
+    /// The technique's id.
+    pub id: &'static str,
+    /// A frame's fixed work, and nanoseconds of `slices` as they are on the machine.
+    pub costs: CostModel,
+    /// Time of the presets' slices: e to the power of a sum of logarithms.
+    pub slices: SliceModel,
+    /// Bytes a pixel that each worker holds.
+    pub worker_bytes: f64,
+}
 
-/// Time of the presets' slices: e to the power of a sum of logarithms.
-const SLICES: SliceModel = SliceModel {
-    levels: [5.429, 5.64, 5.694],
-    megapixels: -0.35,
-    lamp: 0.269,
-    missed: 0.497,
-    roughness: -0.225,
-    lit_share: -0.219,
-    fog: 0.694,
-    glass: 0.837,
+const OWN: MeasuredSlices = MeasuredSlices {
+    id: ID,
+    costs: CostModel {
+        units: &[
+            UnitCost { name: "frame", nanoseconds: 1.5e5 },
+            UnitCost { name: "fitted-nanosecond", nanoseconds: 1.1 },
+        ],
+        thread_gain: 0.93,
+    },
+    slices: SliceModel {
+        levels: [5.429, 5.64, 5.694],
+        megapixels: -0.35,
+        lamp: 0.269,
+        missed: 0.497,
+        roughness: -0.225,
+        lit_share: -0.219,
+        fog: 0.694,
+        glass: 0.837,
+    },
+    worker_bytes: 4.0,
 };
 
 /// Factors of the logarithms that the time of measured slices is made of; milliseconds a megapixel.
@@ -57,7 +73,7 @@ const KEPT: [[f64; 2]; 3] = [[0.38, 0.075], [0.51, 0.1], [0.54, 0.13]];
 
 impl SliceModel {
     /// Nanoseconds of all slices of a picture, for a target p99.
-    pub fn nanoseconds(&self, sample: &SceneSample, target: f64) -> f64 {
+    fn nanoseconds(&self, sample: &SceneSample, target: f64) -> f64 {
         let facts = &sample.facts;
         let triples = &sample.triples;
         let count = triples.len() as f64;
@@ -92,33 +108,44 @@ fn level(target: f64) -> usize {
 }
 
 /// The error of the level whose preset aims at a p99.
-pub fn level_error(target: f64) -> f64 {
+fn level_error(target: f64) -> f64 {
     [Quality::Preview, Quality::Game, Quality::Film][level(target)].error()
 }
 
 /// What that preset is off by, as it is to be expected.
-pub fn expected(target: f64) -> PredictedError {
+fn expected(target: f64) -> PredictedError {
     let [p99, rel_rmse] = KEPT[level(target)].map(|share| share * level_error(target));
     PredictedError { p99, rel_rmse }
 }
 
-/// Time, error and memory of a frame.
+/// Time, error and memory of a frame with these options.
 pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
-    let sample = outlook.sample;
-    let Some(target) = options.target else {
-        return Err(NoEstimate::because(
-            "its presets alone were modelled, and those from 180 pixels across on",
-        ));
-    };
-    let target = f64::from(target.error);
-    let is_lit = !sample.facts.casts_shadow && !sample.facts.textured;
-    let slices = if is_lit { 40.0 * sample.pixels() } else { SLICES.nanoseconds(sample, target) };
-    let shared = COSTS.nanoseconds([1.0, slices]);
-    let workers = outlook.machine.threads() as f64;
-    Ok(Estimate {
-        time_ms: outlook.machine.milliseconds(ID, &COSTS, 0.0, shared),
-        error: if is_lit { PredictedError::rounding(1e-5, 1e-5) } else { expected(target) },
-        keeps: if is_lit { 1e-5 } else { level_error(target) },
-        memory_bytes: ((8.0 + 4.0 * workers) * sample.pixels()) as u64 + (4 << 20),
-    })
+    OWN.predicted(options.target, outlook)
+}
+
+impl MeasuredSlices {
+    /// Time, error and memory of a frame whose spacing is measured for a target.
+    pub fn predicted(
+        &self,
+        target: Option<ErrorTarget>,
+        outlook: &Outlook<'_>,
+    ) -> Result<Estimate, NoEstimate> {
+        let sample = outlook.sample;
+        let Some(target) = target else {
+            return Err(NoEstimate::because(
+                "its presets alone were modelled, and those from 180 pixels across on",
+            ));
+        };
+        let target = f64::from(target.error);
+        let is_lit = !sample.facts.casts_shadow && !sample.facts.textured;
+        let slices = if is_lit { 40.0 * sample.pixels() } else { self.slices.nanoseconds(sample, target) };
+        let shared = self.costs.nanoseconds([1.0, slices]);
+        let workers = outlook.machine.threads() as f64;
+        Ok(Estimate {
+            time_ms: outlook.machine.milliseconds(self.id, &self.costs, 0.0, shared),
+            error: if is_lit { PredictedError::rounding(1e-5, 1e-5) } else { expected(target) },
+            keeps: if is_lit { 1e-5 } else { level_error(target) },
+            memory_bytes: ((8.0 + self.worker_bytes * workers) * sample.pixels()) as u64 + (4 << 20),
+        })
+    }
 }

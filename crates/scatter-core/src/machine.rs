@@ -30,7 +30,6 @@ pub struct Machine {
     name: String,
     is_built_in: bool,
     threads: usize,
-    cores: usize,
     slowness: Vec<TechniqueSpeed>,
 }
 
@@ -48,12 +47,10 @@ pub struct TechniqueSpeed {
 impl Machine {
     /// The machine that the built-in constants were measured on, with the threads of the caller's pool.
     pub fn built_in() -> Self {
-        let threads = worker_count();
         Self {
             name: "built-in (AMD EPYC, AVX-512, 2 cores)".into(),
             is_built_in: true,
-            threads,
-            cores: threads,
+            threads: worker_count(),
             slowness: Vec::new(),
         }
     }
@@ -72,8 +69,7 @@ impl Machine {
 
     /// The same machine with so many threads, ≥ 1, on as many cores.
     pub fn with_threads(self, threads: usize) -> Self {
-        let threads = threads.max(1);
-        Self { threads, cores: threads, ..self }
+        Self { threads: threads.max(1), ..self }
     }
 
     /// What it is called.
@@ -101,7 +97,7 @@ impl Machine {
     pub fn milliseconds(&self, id: &str, model: &CostModel, alone: f64, shared: f64) -> f64 {
         let own = self.slowness.iter().find(|speed| speed.id == id);
         let gain = own.and_then(|own| own.thread_gain).unwrap_or(model.thread_gain);
-        let further = self.threads.min(self.cores).saturating_sub(1) as f64;
+        let further = self.threads.saturating_sub(1) as f64;
         let slowness = own.map_or(1.0, |own| own.slowness);
         1e-6 * slowness * (alone + shared / (1.0 + gain * further))
     }

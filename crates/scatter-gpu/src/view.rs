@@ -187,7 +187,7 @@ impl View {
         }
         uniform.depth_more[1] = self.options.scale as f32;
         if self.options.technique == Technique::MinmaxMipmap {
-            self.min_max.rebuild(setup).map_err(too_large)?;
+            self.min_max.rebuild(setup)?;
         }
         self.grow_images(setup)?;
         if self.options.technique == Technique::MinmaxMipmap {
@@ -308,6 +308,7 @@ impl View {
             return Err(GpuError::TooLarge(scatter_kernels::TooLarge {
                 what: "the image's side",
                 needed: side.into(),
+                unit: "pixels",
                 limit: scatter_kernels::plan::MOST_SIDE.into(),
                 cure: "give a smaller image",
             }));
@@ -443,11 +444,6 @@ impl View {
 
 /// Four counters.
 const STATUS_BYTES: u64 = 16;
-
-fn too_large(error: scatter_kernels::minmax::TooLarge) -> GpuError {
-    let scatter_kernels::minmax::TooLarge { what, needed, limit, cure, .. } = error;
-    GpuError::TooLarge(scatter_kernels::TooLarge { what, needed, limit, cure })
-}
 
 fn refused(reason: String) -> GpuError {
     GpuError::Unsupported(Unsupported { reason: reason.into() })

@@ -51,13 +51,15 @@ pub struct Plan {
 
 /// A resource that WebGPU's guaranteed limits do not hold.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{what} needs {needed} and WebGPU guarantees {limit}; {cure}")]
+#[error("{what} takes {needed} {unit}, and at most {limit} are possible; {cure}")]
 pub struct TooLarge {
     /// Which.
     pub what: &'static str,
     /// Its size.
     pub needed: u64,
-    /// The limit.
+    /// In bytes, texels, pixels or workgroups.
+    pub unit: &'static str,
+    /// What WebGPU guarantees.
     pub limit: u64,
     /// What to do.
     pub cure: &'static str,
@@ -126,6 +128,7 @@ impl Plan {
                 return Err(TooLarge {
                     what: buffer.name,
                     needed: buffer.bytes,
+                    unit: "bytes",
                     limit: MOST_BINDING_BYTES,
                     cure: "give a smaller image, a larger scale, or smaller maps",
                 });
@@ -136,6 +139,7 @@ impl Plan {
                 return Err(TooLarge {
                     what: pass.name,
                     needed: groups.into(),
+                    unit: "workgroups",
                     limit: MOST_GROUPS.into(),
                     cure: "give a smaller image",
                 });

@@ -16,5 +16,5 @@ mod plan;
 mod tree_layer;
 
 pub use modules::{EXTREMA, MODULES, TRAVERSE_FLOAT, TRAVERSE_HALF};
-pub use plan::{Looks, MinMaxPlan, TooLarge};
+pub use plan::{Looks, MinMaxPlan};
 pub use tree_layer::{COARSEST, FINEST, TreeLayer};

@@ -3,37 +3,16 @@
 use scatter_core::{RayFan, Setup};
 
 use crate::minmax::tree_layer::{FINEST, TreeLayer};
+use crate::plan::{MOST_BINDING_BYTES, MOST_SIDE, TooLarge};
 
 /// Bytes of a node: nearest and farthest depth.
 const NODE_BYTES: u64 = 8;
-
-/// Largest storage buffer that every WebGPU device binds.
-const LARGEST_BINDING: u64 = 128 << 20;
-
-/// Largest side of a map: that of textures of every WebGPU device.
-const LARGEST_SIDE: u32 = 8192;
 
 /// Texels along a side of what one workgroup of `extrema_low` reads.
 const TILE: u32 = 64;
 
 /// Pixels along a side of a workgroup of `traverse`.
 const PIXELS: u32 = 8;
-
-/// A buffer or a map that WebGPU's default limits do not hold.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{what} takes {needed} {unit}, and at most {limit} are possible; {cure}")]
-pub struct TooLarge {
-    /// What it is.
-    pub what: &'static str,
-    /// How much of it.
-    pub needed: u64,
-    /// Bytes or texels.
-    pub unit: &'static str,
-    /// How much is possible.
-    pub limit: u64,
-    /// What helps.
-    pub cure: &'static str,
-}
 
 /// The plan of a frame. Buffers are reused: a frame with as many maps as the last one allocates nothing.
 #[derive(Debug, Clone, Default)]
@@ -67,23 +46,23 @@ impl MinMaxPlan {
     /// half, so that four cascades of 4096² fit and of 8192² do not.
     pub fn rebuild(&mut self, setup: &Setup<'_>) -> Result<(), TooLarge> {
         let side = setup.maps().largest_side();
-        if side > LARGEST_SIDE {
+        if side > MOST_SIDE {
             return Err(TooLarge {
                 what: "a side of the shadow map",
                 needed: side.into(),
                 unit: "texels",
-                limit: LARGEST_SIDE.into(),
+                limit: MOST_SIDE.into(),
                 cure: "give a smaller map, or cut it into cascades",
             });
         }
         let maps = setup.maps().projections();
         let bytes: u64 = maps.iter().map(|map| NODE_BYTES * node_count(map.size())).sum();
-        if bytes > LARGEST_BINDING {
+        if bytes > MOST_BINDING_BYTES {
             return Err(TooLarge {
                 what: "the min/max trees of the shadow maps",
                 needed: bytes,
                 unit: "bytes",
-                limit: LARGEST_BINDING,
+                limit: MOST_BINDING_BYTES,
                 cure: "give smaller or fewer maps",
             });
         }
@@ -188,7 +167,7 @@ mod tests {
                 looks.node_bytes >= texels * 2 / 3 - 8 * cascades as u64
                     && looks.node_bytes <= texels * 2 / 3 + 64 * cascades as u64
             );
-            assert!(looks.memory_bytes <= LARGEST_BINDING);
+            assert!(looks.memory_bytes <= MOST_BINDING_BYTES);
             assert_eq!(looks.workgroups[0], texels / 4096);
             assert_eq!(
                 looks.workgroups[2],
