@@ -51,7 +51,7 @@ pub struct Plan {
 
 /// A resource that WebGPU's guaranteed limits do not hold.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{what} takes {needed} {unit}, and at most {limit} are possible; {cure}")]
+#[error("{what} needs {needed} {unit}, and at most {limit} are possible; {cure}")]
 pub struct TooLarge {
     /// Which.
     pub what: &'static str,
