@@ -227,11 +227,12 @@ pub struct Plan {
     /// Least error within a time
     #[arg(long, value_name = "MS")]
     pub time: Option<f64>,
-    /// Then render, and print what was measured beside what was predicted
+    /// Then render, and print what was measured beside what was predicted, with what the shadow map itself is off by. With --survey:
+    /// the maps alone, a shot a row
     #[arg(long)]
     pub check: bool,
     /// Instead: predicted against measured over all techniques, levels and shots, and what auto loses to the best
-    #[arg(long, conflicts_with_all = ["error", "promise", "time", "check"])]
+    #[arg(long, conflicts_with_all = ["error", "promise", "time"])]
     pub survey: bool,
     /// Machine file [default: what calibrate wrote, else the built-in one]
     #[arg(long, value_name = "FILE.toml")]

@@ -8,7 +8,7 @@ use std::time::Instant;
 use anyhow::Context;
 use scatter::{Budget, Machine, MapKindAdvice, Plan, Quality, Target, plan};
 use scatter_validate::planned::measure_planned;
-use scatter_validate::{MapJudgedShot, StagedShot};
+use scatter_validate::{JudgedShot, StagedShot};
 use serde::Serialize;
 
 use super::plan_survey;
@@ -81,6 +81,8 @@ struct Measured {
     p99: f64,
     rel_rmse: f64,
     memory_bytes: u64,
+    /// rel_rmse of shadow-map truth against ray-cast truth.
+    map_error: f64,
 }
 
 /// Plans, prints, checks.
@@ -151,16 +153,17 @@ fn document(
         passes.push(pass.with_context(|| name.clone())?);
     }
     let measured = if flags.check {
+        let judged = JudgedShot::new(shot, &mut |truth| progress.stage(&format!("{name}: {truth}")))?;
         progress.stage(&format!("{name}: check"));
-        let judged = MapJudgedShot::new(shot)?;
         let (measurement, _) = measure_planned(judged.shot(), &planner, flags.rendering.repeat.max(3))?;
-        let figures = judged.figures(&measurement)?;
+        let figures = judged.by_map().figures(&measurement)?;
         let of = |stage: &str| measurement.time_ms.get(stage).copied().unwrap_or_default();
         Some(Measured {
             time_ms: of("total") - of("plan"),
             p99: figures.p99,
             rel_rmse: figures.rel_rmse,
             memory_bytes: measurement.memory_bytes,
+            map_error: judged.map_error()?.rel_rmse,
         })
     } else {
         None
@@ -234,13 +237,14 @@ fn text(document: &Document) -> String {
             let _ = writeln!(text, "  not {:<16} {}", own.method, own.reason);
         }
     }
-    if let Some(Measured { time_ms, p99, rel_rmse, memory_bytes }) = document.measured {
+    if let Some(Measured { time_ms, p99, rel_rmse, memory_bytes, map_error }) = document.measured {
         let _ = writeln!(
             text,
-            "  measured  {time_ms:.1} ms, p99 {:.3} %, rel_rmse {:.3} %, {:.1} MB",
+            "  measured  {time_ms:.1} ms, p99 {:.3} %, rel_rmse {:.3} %, {:.1} MB; the map itself is off by {:.2} %",
             100.0 * p99,
             100.0 * rel_rmse,
-            1e-6 * memory_bytes as f64
+            1e-6 * memory_bytes as f64,
+            100.0 * map_error
         );
     }
     text

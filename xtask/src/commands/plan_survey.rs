@@ -11,7 +11,7 @@ use scatter::{
     Budget, Estimate, Machine, Outlook, Quality, SceneSample, TECHNIQUES, Target, Technique, plan,
 };
 use scatter_validate::measure::{Outcome, Renderer, measure};
-use scatter_validate::{MapJudgedShot, StagedShot};
+use scatter_validate::{JudgedShot, MapJudgedShot, StagedShot};
 use serde::Serialize;
 
 use crate::Verdict;
@@ -61,10 +61,21 @@ struct AutoRow {
     plan_ms: f64,
 }
 
+/// What a shot's map itself is off by: rel_rmse of shadow-map truth against ray-cast truth.
+#[derive(Debug, Clone, Serialize)]
+struct MapRow {
+    shot: String,
+    side: u32,
+    error: f64,
+    predicted_error: f64,
+}
+
 #[derive(Debug, Default, Serialize)]
 struct Survey {
     rows: Vec<SurveyRow>,
     auto: Vec<AutoRow>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    maps: Vec<MapRow>,
 }
 
 /// Measures and prints.
@@ -93,6 +104,14 @@ pub fn run(flags: &Flags) -> anyhow::Result<Verdict> {
                 stderr_line(&format!("note: {}: several lights; left out of the survey", shot.name()));
                 continue;
             }
+            if flags.check {
+                let judged = JudgedShot::new(shot, &mut |truth| {
+                    progress.stage(&format!("{}: {truth}", source.label()));
+                })?;
+                survey.add_map(&judged)?;
+                progress.step();
+                continue;
+            }
             let judged = MapJudgedShot::new(shot)?;
             survey.add(&judged, &techniques, &machine, rendering.repeat.max(TIMED_RUNS), &progress)?;
             progress.step();
@@ -103,7 +122,7 @@ pub fn run(flags: &Flags) -> anyhow::Result<Verdict> {
     if rendering.json {
         print_json(&survey)?
     } else {
-        print(&survey.text())?
+        print(&if flags.check { survey.map_text() } else { survey.text() })?
     }
     Ok(Verdict::Well)
 }
@@ -164,6 +183,18 @@ impl Survey {
         Ok(())
     }
 
+    /// What the map itself is off by, and what the sample says of it.
+    fn add_map(&mut self, judged: &JudgedShot) -> anyhow::Result<()> {
+        let shot = judged.shot();
+        let (side, predicted_error) = shot.with_frame(0, shot.camera(), |frame| {
+            let sample = SceneSample::of(frame);
+            (sample.facts.shadow_map_side, sample.map_error(1.0))
+        })?;
+        let error = judged.map_error()?.rel_rmse;
+        self.maps.push(MapRow { shot: shot.name().to_string(), side, error, predicted_error });
+        Ok(())
+    }
+
     /// The plan for a level beside the rows of the shot, which start at `first`.
     fn add_plan(
         &mut self,
@@ -218,6 +249,18 @@ impl Survey {
             plan_ms,
         });
         Ok(())
+    }
+
+    /// The maps' own errors.
+    fn map_text(&self) -> String {
+        let mut text =
+            String::from("shot                               map side    off by  predicted  ratio\n");
+        for MapRow { shot, side, error, predicted_error } in &self.maps {
+            let [off, predicted] = [error, predicted_error].map(|error| 100.0 * error);
+            let ratio = off / predicted;
+            let _ = writeln!(text, "{shot:<34} {side:>8}  {off:>6.2} %   {predicted:>6.2} %  {ratio:>5.2}");
+        }
+        text
     }
 
     fn text(&self) -> String {

@@ -4,6 +4,7 @@
 //! work, not by the clock: the same frame has the same sample on every machine.
 
 mod block_runs;
+mod half_map;
 mod march_spread;
 mod sampled_ray;
 
@@ -21,6 +22,9 @@ const MOST_PLACES: usize = 160;
 const FEWEST_PLACES: usize = 8;
 /// Work that a sample may take, in texels looked at: 1.5 ms at the 17 ns that one takes.
 const MOST_WORK: u64 = 85_000;
+
+/// Least change that half a map's texels are taken to make, over what a march with a step a texel misses.
+const LEAST_CHANGE: f64 = 0.04;
 
 /// Facts of a frame, and rays through it.
 #[derive(Debug, Clone)]
@@ -65,10 +69,10 @@ impl SceneSample {
                 let [x, y] = [i64::from(x) + sign * step_x, i64::from(y) + sign * step_y];
                 ((0..width).contains(&x) && (0..height).contains(&y)).then_some([x as u32, y as u32])
             };
-            let own = walker.walk(frame, x, y);
+            let own = walker.walk(frame, x, y, true);
             rays.push(own);
             if let (Some(before), Some(after)) = (beside(-1), beside(1)) {
-                let [before, after] = [before, after].map(|[x, y]| walker.walk(frame, x, y));
+                let [before, after] = [before, after].map(|[x, y]| walker.walk(frame, x, y, false));
                 rays.extend([before, after]);
                 triples.push([before.radiance, own.radiance, after.radiance]);
             }
@@ -102,15 +106,28 @@ impl SceneSample {
         if whole > 0.0 { (self.mean(|ray| ray.radiance) / whole).min(1.0) } else { 1.0 }
     }
 
-    /// What maps of `scale` times as many texels a side are off by against the triangles: RMS over the mean. A shadow's edge lies
-    /// anywhere within the texel that holds it, so that a map is as wrong as a march with one step a texel.
+    /// What maps of `scale` times as many texels a side are off by against the triangles: RMS over the mean.
+    ///
+    /// The geometric mean of two estimates: the change that half as many texels make, which sees edges that move across the ray,
+    /// and what a march with a step a texel misses, which takes the edges of neighbouring rays for independent. On 24 shots the first
+    /// alone was off by a factor of 0.3 to 2.5, the second by 0.2 to 12, their mean by 0.4 to 2 on 23 of them. Other scales follow
+    /// the march, whose stretches are found or missed as the map's are.
     pub fn map_error(&self, scale: f64) -> f64 {
         let mean = self.mean(|ray| ray.radiance);
         if !(mean > 0.0) {
             return 0.0;
         }
-        let spread = |ray: &SampledRay| ray.march_spread.at((scale * ray.texels).max(1.0));
-        self.mean(|ray| spread(ray).powi(2)).sqrt() / mean
+        let changes = || self.rays.iter().filter_map(|ray| ray.half_map_change);
+        let count = changes().count().max(1) as f64;
+        let change = (changes().map(|change| change * change).sum::<f64>() / count).sqrt();
+        let marched = |scale: f64| {
+            let spread = |ray: &SampledRay| ray.march_spread.at((scale * ray.texels).max(1.0));
+            self.mean(|ray| spread(ray).powi(2)).sqrt()
+        };
+        let [own, other] = [1.0, scale].map(marched);
+        // That the sampled blocks happened to keep all edges does not make a map exact.
+        let change = change.max(LEAST_CHANGE * own);
+        if own > 0.0 { (change / own).sqrt() * other / mean } else { 0.0 }
     }
 
     /// What a march of so many steps is off by: p99 and RMS over the mean. The position of every edge within its step is

@@ -6,6 +6,7 @@ use crate::ray_light::RayLight;
 use crate::texel_walk::TexelWalk;
 
 use super::block_runs::BlockRuns;
+use super::half_map::HalfMap;
 use super::march_spread::{MarchSpread, Variances};
 
 /// What a walk along one pixel's ray found.
@@ -33,6 +34,8 @@ pub struct SampledRay {
     pub transitions: f64,
     /// What marches are off by.
     pub march_spread: MarchSpread,
+    /// By how much radiance changes when the maps have half as many texels a side; `None` where that was not walked.
+    pub half_map_change: Option<f64>,
 }
 
 /// Walks rays; keeps its memory, and counts work.
@@ -40,6 +43,7 @@ pub struct SampledRay {
 pub struct RayWalker {
     runs: BlockRuns,
     lit: Vec<[f64; 2]>,
+    half_map: HalfMap,
     /// In texels looked at.
     pub work: u64,
 }
@@ -50,15 +54,16 @@ const WORK_OF_SUN: u64 = 10;
 const WORK_OF_LAMP: u64 = 150;
 
 impl RayWalker {
-    /// Walks the ray of a pixel through all texels that it crosses.
-    pub fn walk(&mut self, frame: &Frame<'_>, x: u32, y: u32) -> SampledRay {
+    /// Walks the ray of a pixel through all texels that it crosses, and on request through maps of half as many a side.
+    pub fn walk(&mut self, frame: &Frame<'_>, x: u32, y: u32, with_half_map: bool) -> SampledRay {
         let (camera, end) = (frame.camera(), frame.ray_end(x, y));
         let ray = camera.pixel_ray(x, y);
         let maps = frame.setup().maps();
         self.lit.clear();
         let (mut texels, mut pieces) = (0u64, 0u32);
         let [mut nodes, mut coarse_nodes, mut leaf_texels] = [0u32; 3];
-        let (runs, lit) = (&mut self.runs, &mut self.lit);
+        let (runs, lit, half_map) = (&mut self.runs, &mut self.lit, &mut self.half_map);
+        half_map.start();
         let mut push = |a: f64, b: f64| match lit.last_mut() {
             Some([_, end]) if *end == a => *end = b,
             _ => lit.push([a, b]),
@@ -66,6 +71,7 @@ impl RayWalker {
         layer_pieces(maps, camera.eye(), &ray, [0.0, end], |piece| {
             pieces += 1;
             let Some(layer) = piece.layer.and_then(|index| frame.shadow().layer(index)) else {
+                half_map.light(piece.t_min, piece.t_max);
                 return push(piece.t_min, piece.t_max);
             };
             let path = layer.projection().ray(camera.eye(), ray.origin, ray.direction);
@@ -88,9 +94,13 @@ impl RayWalker {
                     push(a, b);
                 }
                 texels += 1;
+                if with_half_map {
+                    half_map.add(&layer, &path, &span);
+                }
                 runs.add([span.i, span.j], stored, own.map(|depth| depth as f32));
                 before = after;
             }
+            half_map.end_piece(&layer, &path);
             let visited = runs.visits();
             nodes += visited.nodes;
             coarse_nodes += visited.coarse_nodes;
@@ -116,7 +126,13 @@ impl RayWalker {
             variances.add((even(b.min(marched_end(frame, end))) - even(a)) / whole, own, edges);
         }
         let of_stretch = if lamp.is_some() { WORK_OF_LAMP } else { WORK_OF_SUN };
-        self.work += texels + WORK_OF_RAY + of_stretch * (1 + self.lit.len() as u64);
+        let (mut looked_at, mut stretches) = (texels, 1 + self.lit.len());
+        let half_map_change = with_half_map.then(|| {
+            stretches += self.half_map.lit().len();
+            looked_at += self.half_map.texels();
+            self.half_map.lit().iter().map(|&[a, b]| mean(a, b)).sum::<f64>() - radiance
+        });
+        self.work += looked_at + WORK_OF_RAY + of_stretch * stretches as u64;
         SampledRay {
             radiance,
             unoccluded: mean(0.0, end),
@@ -129,6 +145,7 @@ impl RayWalker {
             lit_runs: self.lit.len() as f64,
             transitions: transitions.into(),
             march_spread: variances.spread(),
+            half_map_change,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What the frame's shadow map is good for, and which one would serve the budget.
 //!
-//! The map's own error (against the triangles) is found from the rays of the sample: an edge lies anywhere within the texel that
-//! holds it, and each ray says how long its texels are and how much light its edges move.
+//! The map's own error (against the triangles) is found from the rays of the sample ([`SceneSample::map_error`]): how long their
+//! texels are, how much light their edges move, and what half as many texels would change.
 
 use scatter_core::{LightKind, SceneSample};
 
