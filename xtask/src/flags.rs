@@ -231,7 +231,8 @@ pub struct Plan {
     /// the maps alone, a shot a row
     #[arg(long)]
     pub check: bool,
-    /// Instead: predicted against measured over all techniques, levels and shots, and what auto loses to the best
+    /// Instead: predicted against measured over all techniques, levels and shots; what auto loses to the best at each level; and how
+    /// three times a shot are kept
     #[arg(long, conflicts_with_all = ["error", "promise", "time"])]
     pub survey: bool,
     /// Machine file [default: what calibrate wrote, else the built-in one]

@@ -37,6 +37,28 @@ fn auto_names_what_was_chosen_and_what_was_asked_for() {
 }
 
 #[test]
+fn the_survey_holds_plans_against_what_was_measured() {
+    let folder = tempfile::tempdir().expect("a folder");
+    write_shot(folder.path());
+    let run = |more: &[&str]| {
+        json(&xtask(folder.path(), &[&["plan", "--survey", "--json"], more, &SMALL[..]].concat()))
+    };
+    let survey = run(&["--method", "minmax-mipmap", "--method", "raymarch"]);
+    let list = |name: &str| survey[name].as_array().unwrap_or_else(|| panic!("no {name}")).clone();
+    assert_eq!([list("rows").len(), list("auto").len(), list("times").len()], [6, 3, 3]);
+    for row in list("times") {
+        // The budget is a tenth more than a row took, so that there is always something within it.
+        assert!(row["best_error"].is_number() && row["time_ms"].as_f64().expect("a time") > 0.0, "{row}");
+    }
+    let maps = &run(&["--check"])["maps"];
+    let error = |name: &str| maps[0][name].as_f64().expect("an error");
+    // A wall before a sun, 32 texels a side: every map's error is there, and a factor of ten tells it from none.
+    let ratio = error("error") / error("predicted_error");
+    println!("the map is off by {:.3} %, {ratio:.2} times what was predicted", 100.0 * error("error"));
+    assert!(error("error") > 0.0 && ratio > 0.1 && ratio < 10.0, "{maps}");
+}
+
+#[test]
 fn what_is_wrong_is_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     write_shot(folder.path());

@@ -4,15 +4,15 @@
 //! reached it. Ratios are measured over predicted; the median of their distance from 1 and the worst row are printed, over all and
 //! a technique each.
 
-use std::fmt::Write;
+mod rows;
+mod tables;
+mod taken;
 
-use anyhow::Context;
-use scatter::{
-    Budget, Estimate, Machine, Outlook, Quality, SceneSample, TECHNIQUES, Target, Technique, plan,
-};
-use scatter_validate::measure::{Outcome, Renderer, measure};
+use scatter::{Budget, Estimate, Machine, Outlook, Quality, SceneSample, TECHNIQUES, Target, Technique};
 use scatter_validate::{JudgedShot, MapJudgedShot, StagedShot};
-use serde::Serialize;
+
+use rows::{AutoRow, MapRow, Survey, SurveyRow, TimeRow};
+use taken::{Taken, measured};
 
 use crate::Verdict;
 use crate::flags::Plan as Flags;
@@ -22,61 +22,8 @@ use crate::progress::Progress;
 use crate::run::in_pool;
 use crate::select::{Method, check_options, load, method, raster_device, resolution, shots};
 
-/// Below it errors are rounding, whose ratio says nothing.
-const ROUNDING: f64 = 1e-3;
 /// Timed runs, at least, whose median counts.
 const TIMED_RUNS: u32 = 2;
-
-/// A technique at a level on a shot.
-#[derive(Debug, Clone, Serialize)]
-struct SurveyRow {
-    shot: String,
-    size: [u32; 2],
-    threads: usize,
-    method: &'static str,
-    level: String,
-    time_ms: f64,
-    predicted_ms: f64,
-    p99: f64,
-    predicted_p99: f64,
-    rel_rmse: f64,
-    predicted_rel_rmse: f64,
-}
-
-/// What `auto` took for a level.
-#[derive(Debug, Clone, Serialize)]
-struct AutoRow {
-    shot: String,
-    size: [u32; 2],
-    threads: usize,
-    level: String,
-    method: String,
-    setting: String,
-    time_ms: f64,
-    best_method: &'static str,
-    best_ms: f64,
-    p99: f64,
-    rel_rmse: f64,
-    reached: bool,
-    plan_ms: f64,
-}
-
-/// What a shot's map itself is off by: rel_rmse of shadow-map truth against ray-cast truth.
-#[derive(Debug, Clone, Serialize)]
-struct MapRow {
-    shot: String,
-    side: u32,
-    error: f64,
-    predicted_error: f64,
-}
-
-#[derive(Debug, Default, Serialize)]
-struct Survey {
-    rows: Vec<SurveyRow>,
-    auto: Vec<AutoRow>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    maps: Vec<MapRow>,
-}
 
 /// Measures and prints.
 pub fn run(flags: &Flags) -> anyhow::Result<Verdict> {
@@ -180,7 +127,7 @@ impl Survey {
         for level in Quality::ALL {
             self.add_plan(judged, level, first, machine, repeat)?;
         }
-        Ok(())
+        self.add_times(judged, first, machine, repeat)
     }
 
     /// What the map itself is off by, and what the sample says of it.
@@ -204,41 +151,25 @@ impl Survey {
         machine: &Machine,
         repeat: u32,
     ) -> anyhow::Result<()> {
-        let shot = judged.shot();
-        let start = std::time::Instant::now();
-        let plan = shot.with_frame(0, shot.camera(), |frame| plan(frame, Budget::Level(level), machine))?;
-        let plan = plan.with_context(|| shot.name().to_string())?;
-        let plan_ms = start.elapsed().as_secs_f64() * 1e3;
-        let overrides: Vec<_> = plan.overrides.iter().map(|(key, value)| (*key, value.as_str())).collect();
-        let setting = match (plan.target, overrides.as_slice()) {
-            (Target::Quality(level), []) => level.to_string(),
-            (_, overrides) => {
-                overrides.iter().map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
-            }
-        };
         let rows = &self.rows[first..];
-        // A preset that has its row is not measured again: its time would differ by noise.
-        let id = plan.technique.info().id;
-        let row = rows.iter().find(|row| row.method == id && row.level == setting);
-        let found = match row {
-            Some(row) => Some([row.time_ms, row.p99, row.rel_rmse]),
-            None => measured(judged, plan.technique, plan.target, &overrides, repeat)?,
+        let Some(taken) = Taken::for_budget(judged, Budget::Level(level), rows, machine, repeat)? else {
+            return Ok(());
         };
-        let Some([time_ms, p99, rel_rmse]) = found else { return Ok(()) };
+        let Taken { method, setting, time_ms, p99, rel_rmse, plan_ms } = taken;
         let reaches = |p99: f64, rel_rmse: f64| p99.max(rel_rmse) <= level.error();
         let best = rows
             .iter()
             .filter(|row| reaches(row.p99, row.rel_rmse))
             .min_by(|a, b| a.time_ms.total_cmp(&b.time_ms));
-        let own = (id, time_ms);
+        let own = (method, time_ms);
         let (best_method, best_ms) =
             best.map(|row| (row.method, row.time_ms)).filter(|best| best.1 < time_ms).unwrap_or(own);
         self.auto.push(AutoRow {
-            shot: shot.name().to_string(),
-            size: shot.camera().size(),
+            shot: judged.shot().name().to_string(),
+            size: judged.shot().camera().size(),
             threads: machine.threads(),
             level: level.to_string(),
-            method: id.to_string(),
+            method: method.to_string(),
             setting,
             time_ms,
             best_method,
@@ -251,100 +182,35 @@ impl Survey {
         Ok(())
     }
 
-    /// The maps' own errors.
-    fn map_text(&self) -> String {
-        let mut text =
-            String::from("shot                               map side    off by  predicted  ratio\n");
-        for MapRow { shot, side, error, predicted_error } in &self.maps {
-            let [off, predicted] = [error, predicted_error].map(|error| 100.0 * error);
-            let ratio = off / predicted;
-            let _ = writeln!(text, "{shot:<34} {side:>8}  {off:>6.2} %   {predicted:>6.2} %  {ratio:>5.2}");
+    /// Plans for times around what the rows of the shot, which start at `first`, took.
+    fn add_times(
+        &mut self,
+        judged: &MapJudgedShot,
+        first: usize,
+        machine: &Machine,
+        repeat: u32,
+    ) -> anyhow::Result<()> {
+        let rows = &self.rows[first..];
+        let mut times: Vec<f64> = rows.iter().map(|row| row.time_ms).collect();
+        times.sort_by(f64::total_cmp);
+        let (Some(&least), Some(&middle)) = (times.first(), times.get(times.len() / 2)) else {
+            return Ok(());
+        };
+        for budget_ms in [1.1 * least, (least * middle).sqrt(), 1.1 * middle] {
+            let budget = Budget::Time(budget_ms);
+            let Some(taken) = Taken::for_budget(judged, budget, rows, machine, repeat)? else { continue };
+            let error = |row: &SurveyRow| row.p99.max(row.rel_rmse);
+            let within = rows.iter().filter(|row| row.time_ms <= budget_ms);
+            self.times.push(TimeRow {
+                shot: judged.shot().name().to_string(),
+                budget_ms,
+                method: taken.method.to_string(),
+                setting: taken.setting,
+                time_ms: taken.time_ms,
+                error: taken.p99.max(taken.rel_rmse),
+                best_error: within.map(error).min_by(f64::total_cmp),
+            });
         }
-        text
+        Ok(())
     }
-
-    fn text(&self) -> String {
-        let mut text = String::from(
-            "measured over predicted       rows  time: median off, worst      p99: median off, worst\n",
-        );
-        let ids: Vec<&str> = TECHNIQUES.iter().map(|technique| technique.info().id).collect();
-        for id in ids.iter().copied().map(Some).chain([None]) {
-            let of = |row: &&SurveyRow| id.is_none_or(|id| row.method == id);
-            let rows: Vec<&SurveyRow> = self.rows.iter().filter(of).collect();
-            if rows.is_empty() {
-                continue;
-            }
-            let times = rows.iter().map(|row| (row.time_ms / row.predicted_ms, *row)).collect();
-            let seen = |row: &&&SurveyRow| row.p99.max(row.predicted_p99) > ROUNDING;
-            let errors: Vec<_> =
-                rows.iter().filter(seen).map(|row| (row.p99 / row.predicted_p99, *row)).collect();
-            let _ = writeln!(
-                text,
-                "{:<28} {:>5}  {}  {}",
-                id.unwrap_or("all"),
-                rows.len(),
-                spread(times),
-                spread(errors)
-            );
-        }
-        text.push_str("\nauto                               level    took                           ms  best                 ms  ratio  plan ms  p99 %\n");
-        for row in &self.auto {
-            let _ = writeln!(
-                text,
-                "{:<34} {:<8} {:<22} {:>10.1}  {:<15} {:>8.1}  {:>5.2}  {:>7.2}  {:.3}{}",
-                row.shot,
-                row.level,
-                format!("{} {}", row.method, row.setting),
-                row.time_ms,
-                row.best_method,
-                row.best_ms,
-                row.time_ms / row.best_ms,
-                row.plan_ms,
-                100.0 * row.p99,
-                if row.reached { "" } else { "  MISSED" }
-            );
-        }
-        let mut ratios: Vec<f64> = self.auto.iter().map(|row| row.time_ms / row.best_ms).collect();
-        ratios.sort_by(f64::total_cmp);
-        if let (Some(median), Some(worst)) = (ratios.get(ratios.len() / 2), ratios.last()) {
-            let missed = self.auto.iter().filter(|row| !row.reached).count();
-            let _ = writeln!(
-                text,
-                "auto over the best: median {median:.2}, worst {worst:.2}; {missed} of {} levels missed",
-                ratios.len()
-            );
-        }
-        text
-    }
-}
-
-/// The median distance of ratios from 1, as a factor, and the row that is farthest.
-fn spread(mut ratios: Vec<(f64, &SurveyRow)>) -> String {
-    let off = |ratio: f64| ratio.max(1.0 / ratio);
-    ratios.retain(|(ratio, _)| ratio.is_finite() && *ratio > 0.0);
-    ratios.sort_by(|a, b| off(a.0).total_cmp(&off(b.0)));
-    let (Some((median, _)), Some((worst, row))) = (ratios.get(ratios.len() / 2), ratios.last()) else {
-        return "-".into();
-    };
-    let percent = 100.0 * (off(*median) - 1.0);
-    format!("{percent:>4.0} %, {worst:.2} ({} {})", row.shot, row.level)
-}
-
-/// Time \[ms\], p99 and relative RMSE; `None` where the frame is refused.
-fn measured(
-    judged: &MapJudgedShot,
-    technique: &dyn Technique,
-    target: Target,
-    overrides: &[(&str, &str)],
-    repeat: u32,
-) -> anyhow::Result<Option<[f64; 3]>> {
-    let shot = judged.shot();
-    let mut renderer = Renderer::configured(technique, target, overrides, shot)??;
-    Ok(match measure(shot, &mut renderer, repeat)? {
-        Outcome::Unsupported(_) => None,
-        Outcome::Measured(measurement) => {
-            let figures = judged.figures(&measurement)?;
-            Some([measurement.total_ms().unwrap_or(f64::NAN), figures.p99, figures.rel_rmse])
-        }
-    })
 }
