@@ -19,10 +19,11 @@ const END: u32 = 0x7f7fffffu;
 var<workgroup> scan: array<u32, 256>;
 var<workgroup> last_lit: array<u32, 256>;
 
-fn gamma_bits(line: SliceLine, t: f32) -> u32 {
+// Of the light ray at t; not before that of `least`, so that lines follow each other whatever is rounded between them.
+fn gamma_bits(line: SliceLine, t: f32, least: u32) -> u32 {
     let gamma = min(line.gamma.x + line.gamma.y * t, FARTHEST);
     // Not the bits of -0.
-    return select(0u, bitcast<u32>(gamma), gamma > 0.0);
+    return max(select(0u, bitcast<u32>(gamma), gamma > 0.0), least);
 }
 
 // Columns, counted from the light and fractional, that see the light ray at t lit if it ends at the depth z.
@@ -107,6 +108,8 @@ fn rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     // Runs so far, and the columns that see the last of them. What no map holds is lit.
     var count = 1u;
     var previous = slice.column_count;
+    // The light ray where the line before ends.
+    var least = 0u;
     // Runs for which there must be room: two a texel column that is to come, and one behind each line.
     var later = slice.line_count;
     for (var n = 0u; n < slice.line_count; n++) {
@@ -162,14 +165,14 @@ fn rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
                             let end = select(cells.borders.y, cells.borders.z, is_second);
                             let depth = select(cells.depths.x, cells.depths.y, is_second);
                             if lit_first != before {
-                                rows_out[at] = vec2<u32>(gamma_bits(line, t), lit_first);
+                                rows_out[at] = vec2<u32>(gamma_bits(line, t, least), lit_first);
                                 at += 1u;
                             }
                             for (var step = 0u; step < apart(lit_first, lit_last); step++) {
                                 let next = select(lit_first - step - 1u, lit_first + step + 1u, lit_last > lit_first);
                                 let border = select(lit_first - step, next, lit_last > lit_first);
                                 t = crossing(line, f32(border), depth, t, max(t, end));
-                                rows_out[at] = vec2<u32>(gamma_bits(line, t), next);
+                                rows_out[at] = vec2<u32>(gamma_bits(line, t, least), next);
                                 at += 1u;
                             }
                             before = lit_last;
@@ -186,10 +189,11 @@ fn rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         }
         // Outside of the map nothing is shadowed.
         later -= 1u;
+        least = gamma_bits(line, line.length, least);
         if previous != slice.column_count {
             previous = slice.column_count;
             if thread == 0u {
-                rows_out[first + count] = vec2<u32>(gamma_bits(line, line.length), previous);
+                rows_out[first + count] = vec2<u32>(least, previous);
             }
             count += 1u;
         }

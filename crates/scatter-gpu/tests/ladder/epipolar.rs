@@ -7,7 +7,7 @@ use scatter_gpu::{EpipolarSettings, Technique};
 use scatter_testing::{Filling, MapKind, OwnedFrame, boards, coloured_medium, rel_rmse};
 
 fn settings(spacing: f64) -> EpipolarSettings {
-    EpipolarSettings { spacing, fewest_slices: 1.0, factor_error: 1e-3 }
+    EpipolarSettings { spacing, fewest_slices: 1.0, factor_error: 1e-3, ..EpipolarSettings::default() }
 }
 
 #[track_caller]

@@ -14,9 +14,6 @@ use crate::plan::{MOST_BINDING_BYTES, MOST_SIDE, TooLarge};
 /// Bytes of a run: its start and who sees it.
 const RUN_BYTES: u64 = 8;
 
-/// Rows of one batch \[bytes\] at the most: half of what WebGPU guarantees.
-const BATCH_BYTES: u64 = 64 << 20;
-
 /// Runs beyond two a texel column that a row has room for: so many a column of the slice, for surfaces that pass from one view ray
 /// to the next within a texel. What is more is not cut so finely, and counted.
 const CUTS_A_COLUMN: u32 = 2;
@@ -111,7 +108,7 @@ impl EpipolarPlan {
         self.has_maps = !maps.is_empty();
         self.factors.rebuild(setup.medium(), setup.max_distance(), settings.factor_error);
         self.spacing = spacing_for(setup, settings);
-        self.room = self.room_for(setup)?;
+        self.room = self.room_for(setup, settings.batch_bytes)?;
         self.records.clear();
         self.lines.clear();
         self.tasks.clear();
@@ -235,7 +232,7 @@ impl EpipolarPlan {
     }
 
     /// Room for any frame of the size, or what is too large of it.
-    fn room_for(&mut self, setup: &Setup<'_>) -> Result<Room, TooLarge> {
+    fn room_for(&self, setup: &Setup<'_>, batch_bytes: u64) -> Result<Room, TooLarge> {
         let [width, height] = self.size.map(u64::from);
         let longest = width.max(height);
         let maps = setup.maps().projections();
@@ -255,7 +252,7 @@ impl EpipolarPlan {
                 maps.iter().map(|map| u64::from(*map.size().iter().max().unwrap_or(&0)) + 4).sum();
             let row = 4 + u64::from(CUTS_A_COLUMN) * longest + 2 * texels + lines;
             let tasks = slices * (longest.div_ceil(super::records::COLUMNS.into()) + 2 * MOST_BANDS as u64);
-            let batch = BATCH_BYTES / RUN_BYTES;
+            let batch = (batch_bytes / RUN_BYTES).max(2 * row);
             let batches = if slices * row <= batch {
                 1
             } else {

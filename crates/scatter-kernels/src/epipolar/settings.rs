@@ -2,6 +2,8 @@
 
 use scatter_core::Quality;
 
+use crate::plan::MOST_BINDING_BYTES;
+
 /// Settings of a view that renders by `epipolar`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EpipolarSettings {
@@ -11,7 +13,12 @@ pub struct EpipolarSettings {
     pub fewest_slices: f64,
     /// Largest error of the factorised integrand, of a pixel's unoccluded radiance, in (0, 1).
     pub factor_error: f64,
+    /// Rows of slices that are integrated at a time \[bytes\], up to 128 MiB; at least two slices' are. Less memory, more passes.
+    pub batch_bytes: u64,
 }
+
+/// Rows of one batch \[bytes\] by default: half of what WebGPU guarantees.
+const BATCH_BYTES: u64 = 64 << 20;
 
 /// Image diagonal \[pixels\] at which a level's spacing is stated: 1280×960, as of the CPU's presets.
 const TUNED_DIAGONAL: f64 = 1600.0;
@@ -40,12 +47,12 @@ impl EpipolarSettings {
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
         let scale = (diagonal / TUNED_DIAGONAL).min(1.0);
         let spacing = (spacing * scale).clamp(FINEST_SPACING, COARSEST_SPACING);
-        Self { spacing, fewest_slices: 400.0, factor_error }
+        Self { spacing, fewest_slices: 400.0, factor_error, batch_bytes: BATCH_BYTES }
     }
 
     /// What is out of range of them, in a sentence.
     pub fn check(&self) -> Result<(), String> {
-        let Self { spacing, fewest_slices, factor_error } = *self;
+        let Self { spacing, fewest_slices, factor_error, batch_bytes } = *self;
         if !(FINEST_SPACING..=COARSEST_SPACING).contains(&spacing) {
             return Err(format!("a spacing of {spacing} pixels; give 1/64 to 16"));
         }
@@ -54,6 +61,9 @@ impl EpipolarSettings {
         }
         if !(factor_error > 0.0 && factor_error < 1.0) {
             return Err(format!("a factor error of {factor_error}; give a number between 0 and 1"));
+        }
+        if batch_bytes > MOST_BINDING_BYTES {
+            return Err(format!("batches of {batch_bytes} bytes; give at most {MOST_BINDING_BYTES}"));
         }
         Ok(())
     }
