@@ -390,3 +390,100 @@ fn spacing_for(setup: &Setup<'_>, settings: &EpipolarSettings) -> f64 {
     let spacing = settings.spacing.clamp(FINEST_SPACING, COARSEST_SPACING);
     spacing.min(per_radian / settings.fewest_slices.max(1.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scatter_core::{Camera, Light, MapKind, MapLayout, MapProjection, Medium, Phase, Quality};
+
+    fn planned(
+        size: [u32; 2],
+        (side, cascades): (u32, usize),
+        sigma: [f64; 3],
+        settings: EpipolarSettings,
+    ) -> Result<EpipolarPlan, TooLarge> {
+        let camera = Camera::perspective([0.0; 3], [0.3, -0.2, -1.0], [0.0, 1.0, 0.0], 60.0, size).unwrap();
+        let travel = [0.3, -1.0, -0.4];
+        let sun = Light::directional(travel, [1.0; 3]).unwrap();
+        let maps: Vec<_> = (1..=cascades)
+            .map(|n| {
+                let half = 10.0 * 3f64.powi(n as i32);
+                MapProjection::orthographic([0.0, 50.0, 0.0], travel, [1.0, 0.0, 0.0], [half; 2], [side; 2])
+                    .unwrap()
+            })
+            .collect();
+        let layout = MapLayout::new(MapKind::Cascades, &maps).unwrap();
+        let medium = Medium::homogeneous(sigma, [0.0; 3], Phase::Isotropic).unwrap();
+        let mut plan = EpipolarPlan::default();
+        plan.rebuild(&Setup::new(&camera, &sun, layout, &medium, 200.0).unwrap(), &settings)?;
+        Ok(plan)
+    }
+
+    /// What a plan counts, and that its lists keep to the room that any frame of the size has.
+    #[test]
+    fn plans_keep_to_their_room_up_to_4k_or_say_what_is_too_large() {
+        for (size, maps, level) in [
+            ([160, 120], (512, 1), Quality::Film),
+            ([1920, 1080], (2048, 1), Quality::Game),
+            ([1920, 1080], (2048, 4), Quality::Game),
+            ([1920, 1080], (2048, 1), Quality::Film),
+            ([3840, 2160], (4096, 4), Quality::Game),
+            ([3840, 2160], (8192, 1), Quality::Film),
+        ] {
+            let plan = planned(size, maps, [0.01; 3], EpipolarSettings::for_quality(level, size)).unwrap();
+            let (counts, room) = (plan.counts(), *plan.room());
+            println!("{size:?}, {} × {}², {level}: {counts:?}", maps.1, maps.0);
+            for (name, bytes, room) in [
+                ("slices", size_of_val(plan.slices()), room.slices),
+                ("lines", size_of_val(plan.lines()), room.lines),
+                ("tasks", size_of_val(plan.tasks()), room.tasks),
+                ("ranges", size_of_val(plan.ranges()), room.ranges),
+                ("nodes", size_of_val(plan.nodes()), room.nodes),
+                ("uniforms", size_of_val(plan.uniforms()), room.uniforms),
+            ] {
+                assert!(bytes as u64 <= room && room <= MOST_BINDING_BYTES, "{name}: {bytes} of {room}");
+            }
+            let rows = |slice: &SliceData| u64::from(slice.first_run + slice.room + 2) * RUN_BYTES;
+            assert!(plan.slices().iter().map(rows).max() <= Some(room.rows), "rows");
+            let tasks: u32 = plan.uniforms().iter().map(|uniform| uniform.batch[3]).sum();
+            assert_eq!(tasks as usize, plan.tasks().len());
+        }
+        // 4 bytes a pixel and channel.
+        let rgb = [0.01, 0.02, 0.03];
+        let settings = EpipolarSettings::default();
+        let said = planned([8192, 8192], (64, 1), rgb, settings).unwrap_err().to_string();
+        assert!(said.contains("answers") && said.contains("134217728"), "{said}");
+        let said = planned([64, 64], (8193, 1), rgb, settings).unwrap_err().to_string();
+        assert!(said.contains("8192 are possible"), "{said}");
+    }
+
+    /// Every column of a slice that pixels can be in is in one task, in its own band.
+    #[test]
+    fn tasks_cover_the_columns_of_their_slices_once() {
+        let plan = planned([97, 61], (64, 1), [0.01; 3], EpipolarSettings::default()).unwrap();
+        let lowest = plan.uniforms()[0].bands[0][0][1];
+        let mut covered = vec![Vec::new(); plan.slices().len()];
+        for task in plan.tasks() {
+            let slice = &plan.slices()[task.slice as usize];
+            for rank in task.first_rank..task.first_rank + task.column_count {
+                let k = if plan.uniforms()[0].counts[2] == 1 { slice.column_count - 1 - rank } else { rank };
+                covered[task.slice as usize].push(k);
+                let ray = [0, 1].map(|n| slice.view_ray[n] + slice.view_ray[n + 2] * k as f32);
+                let octave = (ray[0].hypot(ray[1]) / ray[0] / lowest).log2();
+                // A column on a border may be in either.
+                assert!((octave - task.band as f32 - 0.5).abs() <= 0.5 + 1e-3, "{octave}, {task:?}");
+            }
+        }
+        for (columns, slice) in covered.iter_mut().zip(plan.slices()) {
+            columns.sort_unstable();
+            assert!(columns.windows(2).all(|pair| pair[1] == pair[0] + 1), "{columns:?}");
+            for k in 0..slice.column_count {
+                let minor = f64::from(slice.border[0] + slice.border[1] * k as i32)
+                    / f64::from(1u32 << plan.uniforms()[0].counts[1]);
+                let breadth = if slice.flags & 4 == 0 { 61.0 } else { 97.0 };
+                let is_inside = minor > -1.5 && minor < breadth + 0.5;
+                assert!(!is_inside || columns.contains(&k), "column {k} of {slice:?}");
+            }
+        }
+    }
+}
