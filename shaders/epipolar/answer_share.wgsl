@@ -1,6 +1,4 @@
-// An answer as a share of the pixel's unoccluded light, in units of 2^-30, times the slice's weight: both slices' add up.
-
-@group(0) @binding(16) var<storage, read_write> answers: array<atomic<u32>>;
+// An answer of the sums as a share.
 
 // Quotient of two sums with the same factors: exactly 1 where all is lit, exactly 0 where nothing is.
 fn share_of(told: Answer) -> f32 {
@@ -20,7 +18,5 @@ fn share_of(told: Answer) -> f32 {
 }
 
 fn answer(told: Answer) {
-    let pixel = told.pixel.y * frame.image.x + told.pixel.x;
-    let weight = f32(told.part << 14u);
-    atomicAdd(&answers[told.channel * epipolar.counts.w + pixel], u32(share_of(told) * weight + 0.5));
+    add_answer(told.pixel, told.channel, share_of(told), told.part);
 }

@@ -10,14 +10,14 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = camera_pixel(id.xy);
     let ray = pixel_ray(pixel);
-    let fog = FogAlong(0.0, 0.0);
+    let fog = fog_along(ray);
     let distance = ray_end(pixel);
     let walked = epipolar.walked;
     var light = vec3<f32>(0.0);
     if epipolar.reach.y == 0.0 {
         light = sun_interval(fog, 0.0, distance);
     } else if pixel.x >= walked.x && pixel.x < walked.y && pixel.y >= walked.z && pixel.y < walked.w {
-        light = walked_light(pixel, ray.stretch, distance / ray.stretch);
+        light = walked_light(pixel, fog, ray.stretch, distance / ray.stretch);
     } else {
         var shares = vec3<f32>(0.0);
         for (var channel = 0u; channel < 3u; channel++) {

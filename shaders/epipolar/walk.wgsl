@@ -36,8 +36,7 @@ fn texel_end(start: f32, step: f32, texel: i32) -> f32 {
 }
 
 // The light of a pixel's ray up to s_end: runs end where a texel is entered that the ray is not lit in.
-fn walked_light(pixel: vec2<u32>, stretch: f32, s_end: f32) -> vec3<f32> {
-    let fog = FogAlong(0.0, 0.0);
+fn walked_light(pixel: vec2<u32>, fog: FogAlong, stretch: f32, s_end: f32) -> vec3<f32> {
     let layers = min(frame.kinds.x, 16u);
     var light = vec3<f32>(0.0);
     var s = 0.0;

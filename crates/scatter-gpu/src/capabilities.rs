@@ -22,13 +22,12 @@ pub const MARCH: Capabilities = Capabilities {
 /// Of exact min/max: the same.
 pub const MINMAX: Capabilities = MARCH;
 
-/// Of epipolar slices: suns without glass in uniform media, perspective cameras.
+/// Of epipolar slices: suns without glass, perspective cameras.
 pub const EPIPOLAR: Capabilities = Capabilities {
     lights: &[LightKind::Directional],
     textures: &[],
     maps: &[MapKind::Unshadowed, MapKind::Orthographic, MapKind::Cascades],
     cameras: &[CameraKind::Perspective, CameraKind::OffCentre],
-    height_fog: &[],
     ..MARCH
 };
 

@@ -17,6 +17,6 @@ pub enum Technique {
     },
     /// Exact shadows by min/max trees of the maps: no step, no error but rounding. No lamps in height fog.
     MinmaxMipmap,
-    /// Epipolar slices, even ones: suns in uniform media, seen by perspective cameras.
+    /// Epipolar slices, even ones: suns without glass, seen by perspective cameras.
     Epipolar(EpipolarSettings),
 }

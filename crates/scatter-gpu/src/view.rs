@@ -109,7 +109,6 @@ struct BoundKey {
     depth_layer: u32,
     shadow: Option<wgpu::Texture>,
     glass: Option<wgpu::Texture>,
-    passes: usize,
 }
 
 #[derive(Debug)]
@@ -118,6 +117,7 @@ struct BoundPass {
     group: wgpu::BindGroup,
     groups: [u32; 3],
     name: &'static str,
+    module: &'static str,
 }
 
 /// What is bound where a frame has no maps or no glass.
@@ -410,9 +410,11 @@ impl View {
             depth_layer: inputs.depth_layer,
             shadow: inputs.shadow.cloned(),
             glass: inputs.glass.cloned(),
-            passes: plan.passes.len(),
         };
-        if let Some(bound) = self.bound.as_mut().filter(|bound| bound.key == key) {
+        let names = || plan.passes.iter().map(|pass| pass.module.name);
+        let is_bound =
+            |bound: &&mut Bound| bound.key == key && bound.passes.iter().map(|pass| pass.module).eq(names());
+        if let Some(bound) = self.bound.as_mut().filter(is_bound) {
             // How much there is to do may change with every frame.
             for (bound, pass) in bound.passes.iter_mut().zip(&plan.passes) {
                 bound.groups = pass.groups;
@@ -483,7 +485,7 @@ impl View {
             .map(|pass| {
                 let compute = self.gpu.compute(pass.module, pass.entry);
                 let group = group(&compute, pass.entry, pass.batch);
-                BoundPass { compute, group, groups: pass.groups, name: pass.name }
+                BoundPass { compute, group, groups: pass.groups, name: pass.name, module: pass.module.name }
             })
             .collect();
         self.names = plan.passes.iter().map(|pass| pass.name).collect();

@@ -126,7 +126,9 @@ impl Plan {
             let [rows, sums] = frame.groups(batch as usize);
             let columns = if batch == 0 { frame.counts().texel_columns } else { 0 };
             passes.push(pass("rows", &epipolar::ROWS, rows, columns, batch));
-            passes.push(pass("sums", &epipolar::SUMS, sums, 0, batch));
+            let (name, module): (_, &'static Module) =
+                if frame.has_fog() { ("edges", &epipolar::EDGES) } else { ("sums", &epipolar::SUMS) };
+            passes.push(pass(name, module, sums, 0, batch));
         }
         let resolve: &'static Module = if float { &epipolar::RESOLVE_FLOAT } else { &epipolar::RESOLVE_HALF };
         passes.push(pass("resolve", resolve, tiles(size.map(|side| side.div_ceil(scale))), 0, 0));

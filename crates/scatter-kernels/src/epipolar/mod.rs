@@ -5,6 +5,7 @@
 //! CPU       epipole, slices, lines through the maps, bands, tables of the factors: f64, then bytes   (EpipolarPlan)
 //! rows      a workgroup a slice:    the maps' texels ──▶ runs of light rays
 //! sums      a workgroup a task:     runs, and the pixels beside the slice ──▶ shares × weights, added up a pixel
+//! edges     the same in height fog: every view ray visits its runs, and takes a closed form where lit and dark meet
 //! resolve   a thread a pixel:       unoccluded closed form × share ──▶ image
 //! ```
 //!
@@ -26,7 +27,7 @@ mod slice_records;
 
 pub use factor_tables::{BAND_RATIO, FactorTable, FactorTables, TERMS, prefix_at};
 pub use mirror::{Run, sum_mirror};
-pub use modules::{MODULES, RESOLVE_FLOAT, RESOLVE_HALF, ROWS, SUMS, SUMS_RAW};
+pub use modules::{EDGES, MODULES, RESOLVE_FLOAT, RESOLVE_HALF, ROWS, SUMS, SUMS_RAW};
 pub use plan::{EpipolarCounts, EpipolarPlan, Room};
 pub use records::{
     CHUNK, COLUMNS, EpipolarUniform, GROUPS_A_ROW, MOST_BANDS, SliceData, SliceLine, SliceTask, UNIFORM,

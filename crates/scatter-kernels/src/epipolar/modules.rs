@@ -49,7 +49,7 @@ const SUMS_BINDINGS: &[Binding] = &[
 ];
 
 macro_rules! sums {
-    ($name:literal, $answer:literal) => {
+    ($name:literal, $($answer:literal),+) => {
         Module {
             name: $name,
             files: &[
@@ -60,7 +60,7 @@ macro_rules! sums {
                 ASKS,
                 PREFIXES,
                 SUMS_TEXT,
-                include_str!(concat!("../../../../shaders/epipolar/", $answer)),
+                $(include_str!(concat!("../../../../shaders/epipolar/", $answer))),+
             ],
             entries: &[Entry { name: "sums", workgroup: [256, 1, 1], bindings: SUMS_BINDINGS }],
         }
@@ -68,10 +68,39 @@ macro_rules! sums {
 }
 
 /// The dual sweep, a workgroup a task; adds each pixel's share to its answer.
-pub const SUMS: Module = sums!("epipolar/sums", "answer_share.wgsl");
+pub const SUMS: Module = sums!("epipolar/sums", "add_answer.wgsl", "answer_share.wgsl");
 
 /// The same sweep that writes its integers: what is compared with [`super::sum_mirror`].
 pub const SUMS_RAW: Module = sums!("epipolar/sums-raw", "answer_sums.wgsl");
+
+/// In height fog: every view ray visits its runs.
+pub const EDGES: Module = Module {
+    name: "epipolar/edges",
+    files: &[
+        core::NUMBER,
+        core::FRAME,
+        core::SUN,
+        core::DISTANCE,
+        SLICES,
+        ASKS,
+        include_str!("../../../../shaders/epipolar/add_answer.wgsl"),
+        include_str!("../../../../shaders/epipolar/edges.wgsl"),
+    ],
+    entries: &[Entry {
+        name: "edges",
+        workgroup: [256, 1, 1],
+        bindings: &[
+            bind(0, Uniform),
+            bind(3, Texture),
+            bind(9, Uniform),
+            bind(10, Storage),
+            bind(12, Storage),
+            bind(13, Storage),
+            bind(14, Storage),
+            bind(16, StorageReadWrite),
+        ],
+    }],
+};
 
 const fn resolve_bindings(output: BindingKind) -> [Binding; 8] {
     [
@@ -120,4 +149,4 @@ pub const RESOLVE_HALF: Module = resolve!("epipolar/resolve", core::OUTPUT_HALF,
 pub const RESOLVE_FLOAT: Module = resolve!("epipolar/resolve-float", core::OUTPUT_FLOAT, WriteRgba32Float);
 
 /// Those that render.
-pub const MODULES: [&Module; 4] = [&ROWS, &SUMS, &RESOLVE_HALF, &RESOLVE_FLOAT];
+pub const MODULES: [&Module; 5] = [&ROWS, &SUMS, &EDGES, &RESOLVE_HALF, &RESOLVE_FLOAT];

@@ -37,6 +37,8 @@ pub struct EpipolarPlan {
     size: [u32; 2],
     spacing: f64,
     has_maps: bool,
+    has_fog: bool,
+    channels: u32,
 }
 
 /// Bytes of the buffers: of any frame of the size, wherever its epipole is, so that none grows while a camera moves.
@@ -86,7 +88,7 @@ pub struct EpipolarCounts {
 }
 
 impl EpipolarPlan {
-    /// Plans a frame of a sun in a uniform medium, seen by a perspective camera (the capabilities' part to check).
+    /// Plans a frame of a sun, seen by a perspective camera (the capabilities' part to check).
     ///
     /// # Errors
     ///
@@ -106,6 +108,8 @@ impl EpipolarPlan {
         }
         self.size = setup.size();
         self.has_maps = !maps.is_empty();
+        self.has_fog = setup.medium().height_falloff().is_some();
+        self.channels = if setup.medium().is_grey() { 1 } else { 3 };
         self.factors.rebuild(setup.medium(), setup.max_distance(), settings.factor_error);
         self.spacing = spacing_for(setup, settings);
         self.room = self.room_for(setup, settings.batch_bytes)?;
@@ -131,10 +135,11 @@ impl EpipolarPlan {
         self.pixels.resize_with(self.slices.fans.len().max(self.pixels.len()), FanPixels::default);
         let bands = Bands::cover(camera, &epipole, &self.slices, BAND_RATIO, STEEPEST);
         // Octaves from the smallest 1/sin β on, in all frames alike.
-        let octaves = bands.count.clamp(1, MOST_BANDS as u32);
+        // In fog all columns are one band.
+        let octaves = if self.has_fog { 1 } else { bands.count.clamp(1, MOST_BANDS as u32) };
         let bits = border_bits(self.size);
         let shared = self.uniform(setup, Some((&epipole, bands.lowest, bits)));
-        let longest = self.factors.longest();
+        let longest = self.longest(setup);
         let inward = !epipole.outward;
         let most_runs = (self.room.rows / RUN_BYTES) as u32;
         let mut next_run = 0;
@@ -203,15 +208,14 @@ impl EpipolarPlan {
     fn uniform(&mut self, setup: &Setup<'_>, slices: Option<(&Epipole, f64, u32)>) -> EpipolarUniform {
         let mut uniform: EpipolarUniform = bytemuck::Zeroable::zeroed();
         let [width, height] = self.size;
-        let channels = self.factors.channels().len() as u32;
+        let channels = self.channels;
         let Some((epipole, lowest, bits)) = slices else {
             uniform.counts = [channels, 0, 0, width * height];
             return uniform;
         };
         uniform.counts = [channels, bits, u32::from(!epipole.outward), width * height];
         uniform.walked = too_near(epipole, self.size);
-        let reach = self.factors.longest().min(setup.max_distance());
-        uniform.reach = [reach.min(f64::from(crate::FARTHEST)) as f32, 1.0, 0.0, 0.0];
+        uniform.reach = [self.longest(setup) as f32, 1.0, 0.0, 0.0];
         self.nodes.clear();
         for (channel, table) in self.factors.channels().iter().enumerate() {
             uniform.tables[channel] = [self.nodes.len() as u32, table.intervals(), table.bits, 0];
@@ -231,12 +235,18 @@ impl EpipolarPlan {
         uniform
     }
 
+    /// Where rays end that are longer. In fog nothing is negligible at a distance that would be the same for all rays.
+    fn longest(&self, setup: &Setup<'_>) -> f64 {
+        let farthest = setup.max_distance().min(f64::from(crate::FARTHEST));
+        if self.has_fog { farthest } else { self.factors.longest().min(farthest) }
+    }
+
     /// Room for any frame of the size, or what is too large of it.
     fn room_for(&self, setup: &Setup<'_>, batch_bytes: u64) -> Result<Room, TooLarge> {
         let [width, height] = self.size.map(u64::from);
         let longest = width.max(height);
         let maps = setup.maps().projections();
-        let channels = self.factors.channels().len() as u64;
+        let channels = u64::from(self.channels);
         let bytes = |count: u64, size: usize| (count * size as u64).max(16);
         let mut room = Room {
             answers: bytes(width * height * channels, 4),
@@ -299,6 +309,11 @@ impl EpipolarPlan {
         self.has_maps
     }
 
+    /// Whether view rays visit their runs (height fog) instead of being summed.
+    pub fn has_fog(&self) -> bool {
+        self.has_fog
+    }
+
     /// Distance of the slices \[pixels\].
     pub fn spacing(&self) -> f64 {
         self.spacing
@@ -344,12 +359,12 @@ impl EpipolarPlan {
         let Some(uniform) = self.uniforms.get(batch).filter(|_| self.has_maps) else { return [[0; 3]; 2] };
         let groups =
             |count: u32, channels: u32| [count.min(GROUPS_A_ROW), count.div_ceil(GROUPS_A_ROW), channels];
-        [groups(uniform.batch[1], 1), groups(uniform.batch[3], uniform.counts[0])]
+        [groups(uniform.batch[1], 1), groups(uniform.batch[3], if self.has_fog { 1 } else { self.channels })]
     }
 
     /// What the frame does, as far as it is known before.
     pub fn counts(&self) -> EpipolarCounts {
-        let channels = self.factors.channels().len() as u64;
+        let channels = u64::from(self.channels);
         let pixels = self.size.map(u64::from).iter().product::<u64>();
         let asks = if self.has_maps { 2 * pixels } else { 0 };
         let full: u64 = self.tasks.iter().map(|task| u64::from(self.records[task.slice as usize].room)).sum();
@@ -367,7 +382,7 @@ impl EpipolarPlan {
             texel_columns: self.lines.iter().map(|line| u64::from(line.columns)).sum(),
             asks,
             answer_atomics: asks * channels,
-            most_sum_atomics: 8 * full * channels,
+            most_sum_atomics: if self.has_fog { 0 } else { 8 * full * channels },
             written_bytes: written as u64,
             memory_bytes: slices + lines + rows + tasks + ranges + nodes + answers + uniforms,
         }
