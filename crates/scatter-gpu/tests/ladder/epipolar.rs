@@ -87,8 +87,10 @@ fn images_are_the_cpu_twins_and_come_to_the_exact_walks_as_slices_come_closer() 
     }
 }
 
-/// In fog nothing is factorised: what differs is rounding, and where f32 puts the ends of stretches.
-const FOG_TWIN: f64 = 1e-4;
+/// In fog nothing is factorised. The density is that along the pixel's own ray, and on the CPU along the slice's, half a spacing
+/// beside it at most: 1/8 of a pixel of 3.8 degrees, which over the 12 scale heights of the thinnest fog here changes ln of the density
+/// by 0.1, of both sums of a share alike. A quarter of the spacing leaves a quarter of it, down to f32's rounding.
+const FOG_TWIN: [f64; 2] = [1e-3, 2.5e-4];
 
 #[test]
 fn height_fog_is_the_cpu_twins() {
@@ -105,12 +107,20 @@ fn height_fog_is_the_cpu_twins() {
             }
             let falloff = HeightFalloff::new([0.0, 1.0, 0.0], 0.5, scale).unwrap();
             frame.medium = frame.medium.with_height_falloff(falloff);
-            let (image, truth) = (gpu(&frame, settings(0.25)), frame.render(&mut ShadowMapWalk::new()));
-            let [apart, error] = [twin(&frame, 0.25), truth].map(|other| rel_rmse(&image, &other));
-            println!(
-                "fog of {scale}, coloured {coloured}: rel_rmse {apart:.1e} against the twin ({FOG_TWIN:e}), {error:.1e} against truth"
-            );
-            assert!(apart <= FOG_TWIN && error < 0.05, "{scale}: {apart:e}, {error:e}");
+            let truth = frame.render(&mut ShadowMapWalk::new());
+            for (spacing, most) in [0.25, 1.0 / 16.0].into_iter().zip(FOG_TWIN) {
+                let (image, cpu) = (gpu(&frame, settings(spacing)), twin(&frame, spacing));
+                let apart = rel_rmse(&image, &cpu);
+                let errors = [image, cpu].map(|image| rel_rmse(&image, &truth));
+                println!(
+                    "fog of {scale}, {spacing} px: rel_rmse {apart:.1e} against the twin ({most:e}), {:.1e} against truth, the twin {:.1e}",
+                    errors[0], errors[1]
+                );
+                assert!(
+                    apart <= most && errors[0] <= 1.1 * errors[1] + 1e-5,
+                    "{scale}: {apart:e}, {errors:?}"
+                );
+            }
         }
     }
 }
