@@ -64,12 +64,16 @@ impl FanColumns<'_> {
             line_count: 0,
             first_run: 0,
             room: 0,
-            flags: flags::FIRST_OF_FAN * u32::from(index == 0)
-                | flags::LAST_OF_FAN * u32::from(is_last)
-                | flags::STEEP * u32::from(self.fan.major == Major::Y),
+            flags: flag(index == 0, flags::FIRST_OF_FAN)
+                | flag(is_last, flags::LAST_OF_FAN)
+                | flag(self.fan.major == Major::Y, flags::STEEP),
             padding: 0,
         }
     }
+}
+
+fn flag(on: bool, flag: u32) -> u32 {
+    if on { flag } else { 0 }
 }
 
 /// Bits behind the point of borders: lines stay within the image's width plus its height.
