@@ -66,7 +66,7 @@ fn walked_light(pixel: vec2<u32>, fog: FogAlong, stretch: f32, s_end: f32) -> ve
                 }
             }
             let at = ray.start.xy + s * ray.step.xy;
-            let below = select(vec2<i32>(0), vec2<i32>(1), ray.step.xy < vec2<f32>(0.0) & at == floor(at));
+            let below = select(vec2<i32>(0), vec2<i32>(1), (ray.step.xy < vec2<f32>(0.0)) & (at == floor(at)));
             cell = vec2<i32>(floor(clamp(at, vec2<f32>(-1e6), vec2<f32>(1e6)))) - below;
         }
         var end = layer_end;
