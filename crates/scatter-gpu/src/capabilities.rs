@@ -22,10 +22,20 @@ pub const MARCH: Capabilities = Capabilities {
 /// Of exact min/max: the same.
 pub const MINMAX: Capabilities = MARCH;
 
+/// Of epipolar slices: suns without glass, perspective cameras.
+pub const EPIPOLAR: Capabilities = Capabilities {
+    lights: &[LightKind::Directional],
+    textures: &[],
+    maps: &[MapKind::Unshadowed, MapKind::Orthographic, MapKind::Cascades],
+    cameras: &[CameraKind::Perspective, CameraKind::OffCentre],
+    ..MARCH
+};
+
 /// Of a technique.
 pub const fn of(technique: Technique) -> Capabilities {
     match technique {
         Technique::RayMarch { .. } => MARCH,
         Technique::MinmaxMipmap => MINMAX,
+        Technique::Epipolar(_) => EPIPOLAR,
     }
 }

@@ -75,7 +75,8 @@ impl Gpu {
 
     /// Makes all compute pipelines now instead of on first use.
     pub fn warm_up(&self) {
-        for module in MODULES.iter().chain(&scatter_kernels::minmax::MODULES) {
+        let own = scatter_kernels::minmax::MODULES.iter().chain(&scatter_kernels::epipolar::MODULES);
+        for module in MODULES.iter().chain(own) {
             for entry in module.entries.iter().filter(|entry| entry.workgroup[0] > 0) {
                 self.compute(module, entry);
             }

@@ -18,6 +18,7 @@ pub use error::GpuError;
 pub use gpu::{Gpu, GpuOptions};
 pub use inputs::Inputs;
 pub use scatter_kernels as kernels;
+pub use scatter_kernels::epipolar::EpipolarSettings;
 pub use scatter_kernels::{GpuFrame, ShadowDepth};
 pub use technique::Technique;
 pub use view::{Compose, Output, Timing, View, ViewOptions};

@@ -1,7 +1,9 @@
 //! The techniques that a view renders by.
 
+use scatter_kernels::epipolar::EpipolarSettings;
+
 /// Which technique a view renders by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Technique {
     /// Brute force: one look-up a step.
@@ -15,4 +17,6 @@ pub enum Technique {
     },
     /// Exact shadows by min/max trees of the maps: no step, no error but rounding. No lamps in height fog.
     MinmaxMipmap,
+    /// Epipolar slices, even ones: suns without glass, seen by perspective cameras.
+    Epipolar(EpipolarSettings),
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use scatter_core::{Setup, Unsupported};
+use scatter_kernels::epipolar::{self, EpipolarPlan};
 use scatter_kernels::minmax::MinMaxPlan;
 use scatter_kernels::modules::{Binding, BindingKind, Entry};
 use scatter_kernels::{FrameUniform, GpuFrame, Plan, ShadowDepth, flags};
@@ -65,6 +66,7 @@ pub struct View {
     names: Vec<&'static str>,
     buffers: Vec<Own>,
     min_max: MinMaxPlan,
+    slices: EpipolarPlan,
     composite: Composite,
     fallback: Fallback,
 }
@@ -107,7 +109,6 @@ struct BoundKey {
     depth_layer: u32,
     shadow: Option<wgpu::Texture>,
     glass: Option<wgpu::Texture>,
-    groups: u64,
 }
 
 #[derive(Debug)]
@@ -116,6 +117,7 @@ struct BoundPass {
     group: wgpu::BindGroup,
     groups: [u32; 3],
     name: &'static str,
+    module: &'static str,
 }
 
 /// What is bound where a frame has no maps or no glass.
@@ -135,6 +137,9 @@ impl View {
             && !(1..=65_536).contains(&steps)
         {
             return Err(refused(format!("{steps} steps a ray; give 1 to 65536")));
+        }
+        if let Technique::Epipolar(settings) = options.technique {
+            settings.check().map_err(refused)?;
         }
         let device = gpu.device();
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
@@ -164,6 +169,7 @@ impl View {
             names: Vec::new(),
             buffers: Vec::new(),
             min_max: MinMaxPlan::default(),
+            slices: EpipolarPlan::default(),
             composite: Composite::new(gpu),
             fallback,
         })
@@ -186,19 +192,13 @@ impl View {
             uniform.counts = [uniform.counts[0], steps, jitter.unwrap_or(0), march_flags];
         }
         uniform.depth_more[1] = self.options.scale as f32;
-        if self.options.technique == Technique::MinmaxMipmap {
-            self.min_max.rebuild(setup)?;
+        match &self.options.technique {
+            Technique::RayMarch { .. } => {}
+            Technique::MinmaxMipmap => self.min_max.rebuild(setup)?,
+            Technique::Epipolar(settings) => self.slices.rebuild(setup, settings)?,
         }
         self.grow_images(setup)?;
-        if self.options.technique == Technique::MinmaxMipmap {
-            let (layers, nodes) = (self.min_max.layer_bytes(), self.min_max.node_bytes());
-            for (binding, bytes) in [(1, layers), (2, nodes), (8, STATUS_BYTES)] {
-                self.grow_buffer(binding, bytes);
-            }
-            if let Some(own) = self.buffers.iter().find(|own| own.binding == 1) {
-                queue.write_buffer(&own.buffer, 0, bytemuck::cast_slice(self.min_max.layers()));
-            }
-        }
+        self.write_own(queue, setup.size())?;
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
         let mut shadow = self.prepared.take().map_or_else(Vec::new, |prepared| prepared.shadow);
         shadow.clear();
@@ -210,6 +210,35 @@ impl View {
             shadow,
             grey: setup.medium().is_grey(),
         });
+        Ok(())
+    }
+
+    /// Grows the technique's own buffers, and writes what the CPU has planned.
+    fn write_own(&mut self, queue: &wgpu::Queue, size: [u32; 2]) -> Result<(), GpuError> {
+        let plan = self.plan(size, 1);
+        plan.check()?;
+        for buffer in &plan.buffers {
+            self.grow_buffer(buffer.binding, buffer.bytes);
+        }
+        let contents: &[(u32, &[u8])] = match self.options.technique {
+            Technique::RayMarch { .. } => &[],
+            Technique::MinmaxMipmap => &[(1, bytemuck::cast_slice(self.min_max.layers()))],
+            Technique::Epipolar(_) => &[
+                (epipolar::UNIFORM, bytemuck::cast_slice(self.slices.uniforms())),
+                (10, bytemuck::cast_slice(self.slices.slices())),
+                (11, bytemuck::cast_slice(self.slices.lines())),
+                (13, bytemuck::cast_slice(self.slices.tasks())),
+                (14, bytemuck::cast_slice(self.slices.ranges())),
+                (15, bytemuck::cast_slice(self.slices.nodes())),
+            ],
+        };
+        for &(binding, bytes) in contents {
+            if let Some(own) = self.buffers.iter().find(|own| own.binding == binding)
+                && !bytes.is_empty()
+            {
+                queue.write_buffer(&own.buffer, 0, bytes);
+            }
+        }
         Ok(())
     }
 
@@ -343,10 +372,12 @@ impl View {
         if self.buffers.iter().any(|own| own.binding == binding && own.buffer.size() >= bytes) {
             return;
         }
+        let is_uniform = binding == epipolar::UNIFORM;
+        let kind = if is_uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
         let buffer = self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
             label: Some(self.gpu.label()),
             size: bytes,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
+            usage: kind | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
         self.buffers.retain(|own| own.binding != binding);
@@ -360,29 +391,37 @@ impl View {
         match self.options.technique {
             Technique::RayMarch { steps, .. } => Plan::march(size, scale, samples, steps, float),
             Technique::MinmaxMipmap => Plan::min_max(&self.min_max, size, scale, samples, float),
+            Technique::Epipolar(_) => Plan::epipolar(&self.slices, size, scale, samples, float),
         }
     }
 
-    /// Counters of the technique, u32 each, to be read when the caller likes: \[0\] pixels that a loop's bound cut off.
+    /// Counters of the technique, u32 each, to be read when the caller likes: \[0\] pixels that a loop's bound cut off; of
+    /// epipolar slices \[1\] stretches of 256 texel columns whose rows had no room to be cut exactly.
     /// They count up until the caller clears them. `None` of the marcher, which has no such bound.
     pub fn status(&self) -> Option<&wgpu::Buffer> {
         self.buffers.iter().find(|own| own.binding == 8).map(|own| &own.buffer)
     }
 
     fn bind(&mut self, inputs: &Inputs<'_>, size: [u32; 2]) -> Result<(), GpuError> {
+        let plan = self.plan(size, inputs.depth.sample_count());
+        plan.check()?;
         let key = BoundKey {
             depth: inputs.depth.clone(),
             depth_layer: inputs.depth_layer,
             shadow: inputs.shadow.cloned(),
             glass: inputs.glass.cloned(),
-            groups: self.plan(size, inputs.depth.sample_count()).workgroups(),
         };
-        if self.bound.as_ref().is_some_and(|bound| bound.key == key) {
+        let names = || plan.passes.iter().map(|pass| pass.module.name);
+        let is_bound =
+            |bound: &&mut Bound| bound.key == key && bound.passes.iter().map(|pass| pass.module).eq(names());
+        if let Some(bound) = self.bound.as_mut().filter(is_bound) {
+            // How much there is to do may change with every frame.
+            for (bound, pass) in bound.passes.iter_mut().zip(&plan.passes) {
+                bound.groups = pass.groups;
+            }
             return Ok(());
         }
         let Some(images) = &self.images else { return Err(GpuError::Order("call prepare before encode")) };
-        let plan = self.plan(size, inputs.depth.sample_count());
-        plan.check()?;
         let view = |texture: &wgpu::Texture, dimension, layer: Option<u32>| {
             texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(dimension),
@@ -402,7 +441,17 @@ impl View {
         let [distance, inscattered, transmittance] =
             [&images.distance, &images.inscattered, &images.transmittance].map(|image| view(image, d2, None));
         let own = |number: u32| self.buffers.iter().find(|own| own.binding == number);
-        let resource = |binding: &Binding| match binding.number {
+        let resource = |binding: &Binding, batch: u32| match binding.number {
+            epipolar::UNIFORM => own(epipolar::UNIFORM).map_or_else(
+                || self.uniform.as_entire_binding(),
+                |own| {
+                    wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                        buffer: &own.buffer,
+                        offset: u64::from(batch) * Plan::UNIFORM_STRIDE,
+                        size: wgpu::BufferSize::new(Plan::UNIFORM_STRIDE),
+                    })
+                },
+            ),
             number if matches!(binding.kind, BindingKind::Storage | BindingKind::StorageReadWrite) => {
                 own(number)
                     .map_or_else(|| self.uniform.as_entire_binding(), |own| own.buffer.as_entire_binding())
@@ -415,11 +464,14 @@ impl View {
             6 => wgpu::BindingResource::TextureView(&inscattered),
             _ => wgpu::BindingResource::TextureView(&transmittance),
         };
-        let group = |compute: &Compute, entry: &Entry| {
+        let group = |compute: &Compute, entry: &Entry, batch: u32| {
             let entries: Vec<_> = entry
                 .bindings
                 .iter()
-                .map(|binding| wgpu::BindGroupEntry { binding: binding.number, resource: resource(binding) })
+                .map(|binding| wgpu::BindGroupEntry {
+                    binding: binding.number,
+                    resource: resource(binding, batch),
+                })
                 .collect();
             self.gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(self.gpu.label()),
@@ -432,8 +484,8 @@ impl View {
             .iter()
             .map(|pass| {
                 let compute = self.gpu.compute(pass.module, pass.entry);
-                let group = group(&compute, pass.entry);
-                BoundPass { compute, group, groups: pass.groups, name: pass.name }
+                let group = group(&compute, pass.entry, pass.batch);
+                BoundPass { compute, group, groups: pass.groups, name: pass.name, module: pass.module.name }
             })
             .collect();
         self.names = plan.passes.iter().map(|pass| pass.name).collect();
@@ -441,9 +493,6 @@ impl View {
         Ok(())
     }
 }
-
-/// Four counters.
-const STATUS_BYTES: u64 = 16;
 
 fn refused(reason: String) -> GpuError {
     GpuError::Unsupported(Unsupported { reason: reason.into() })

@@ -1,8 +1,8 @@
 //! Volumetric shadows on the GPU without a GPU API: assembled WGSL, structs, pass plans, set-up as bytes.
 
+pub mod epipolar;
 mod frame_setup;
 mod frame_uniform;
-pub mod in_slice;
 pub mod minmax;
 pub mod modules;
 pub mod plan;

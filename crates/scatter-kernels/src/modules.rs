@@ -106,7 +106,12 @@ pub const MODULES: &[&Module] = &[&DISTANCE, &DISTANCE_MULTISAMPLED, &MARCH_HALF
 
 /// Every module of the crate, those of techniques after the shared ones.
 pub fn all() -> impl Iterator<Item = &'static Module> {
-    MODULES.iter().chain(&crate::minmax::MODULES).chain(&crate::in_slice::MODULES).copied()
+    MODULES
+        .iter()
+        .chain(&crate::minmax::MODULES)
+        .chain(&crate::epipolar::MODULES)
+        .copied()
+        .chain([&crate::epipolar::SUMS_RAW])
 }
 
 /// Depth texels to distances.

@@ -1,8 +1,9 @@
 //! What a technique dispatches: passes and the storage buffers that they share. A GPU crate of any API follows it.
 //!
 //! Bindings have one meaning in all modules: 0 frame, 1 depth texture, 2 distances (written), 3 distances, 4 maps, 5 glass, 6 and
-//! 7 image and transmittance. Storage buffers are a technique's own, with numbers that its passes share.
+//! 7 image and transmittance, 9 a technique's own uniform. Storage buffers are a technique's own, with numbers that its passes share.
 
+use crate::epipolar::{self, EpipolarPlan, EpipolarUniform};
 use crate::minmax::{self, MinMaxPlan};
 use crate::modules::{self, Entry, Module};
 
@@ -25,6 +26,8 @@ pub struct Pass {
     pub groups: [u32; 3],
     /// Texel loads, counted; 0 where they depend on the scene.
     pub loads: u64,
+    /// Which of several uniforms that follow each other in a technique's own (binding 9) it reads.
+    pub batch: u32,
 }
 
 /// A storage buffer of a technique's own.
@@ -72,7 +75,8 @@ impl Plan {
         let image = size.map(|side| side.div_ceil(scale));
         let module: &'static Module = if float { &modules::MARCH_FLOAT } else { &modules::MARCH_HALF };
         let loads = u64::from(image[0]) * u64::from(image[1]) * u64::from(steps);
-        let march = Pass { name: "march", module, entry: &module.entries[0], groups: tiles(image), loads };
+        let march =
+            Pass { name: "march", module, entry: &module.entries[0], groups: tiles(image), loads, batch: 0 };
         Self { passes: vec![Self::distance(size, samples), march], buffers: Vec::new() }
     }
 
@@ -85,6 +89,7 @@ impl Plan {
             entry: &module.entries[0],
             groups,
             loads,
+            batch: 0,
         };
         let [low, high] = minmax::EXTREMA;
         let traverse: &'static Module = if float { &minmax::TRAVERSE_FLOAT } else { &minmax::TRAVERSE_HALF };
@@ -103,12 +108,58 @@ impl Plan {
         Self { passes, buffers }
     }
 
+    /// `epipolar` of a planned frame: rows and sums of each batch of slices, one after the other. Passes and buffers are those of any
+    /// frame of the size; batches that the frame does not have are passes without workgroups. Of a row's texel columns one load is
+    /// counted, of which those that cross a border take two.
+    pub fn epipolar(frame: &EpipolarPlan, size: [u32; 2], scale: u32, samples: u32, float: bool) -> Self {
+        let pass = |name, module: &'static Module, groups, loads, batch| Pass {
+            name,
+            module,
+            entry: &module.entries[0],
+            groups,
+            loads,
+            batch,
+        };
+        let mut passes = vec![Self::distance(size, samples)];
+        let room = frame.room();
+        for batch in 0..room.batches as u32 {
+            let [rows, sums] = frame.groups(batch as usize);
+            let columns = if batch == 0 { frame.counts().texel_columns } else { 0 };
+            passes.push(pass("rows", &epipolar::ROWS, rows, columns, batch));
+            let (name, module): (_, &'static Module) =
+                if frame.has_fog() { ("edges", &epipolar::EDGES) } else { ("sums", &epipolar::SUMS) };
+            passes.push(pass(name, module, sums, 0, batch));
+        }
+        let resolve: &'static Module = if float { &epipolar::RESOLVE_FLOAT } else { &epipolar::RESOLVE_HALF };
+        passes.push(pass("resolve", resolve, tiles(size.map(|side| side.div_ceil(scale))), 0, 0));
+        let buffer = |binding, name, bytes| PlanBuffer { binding, name, bytes, content: None };
+        let mut buffers = vec![
+            buffer(8, "the counters", 16),
+            buffer(epipolar::UNIFORM, "the uniforms of the batches of slices", room.uniforms),
+            buffer(16, "the answers of the slices", room.answers),
+        ];
+        if frame.has_slices() {
+            buffers.extend([
+                buffer(10, "the slices of the image", room.slices),
+                buffer(11, "the lines of the slices", room.lines),
+                buffer(12, "the rows of a batch of slices", room.rows),
+                buffer(13, "the tasks of the slices", room.tasks),
+                buffer(14, "the pixels of the fans", room.ranges),
+                buffer(15, "the tables of the factors", room.nodes),
+            ]);
+        }
+        Self { passes, buffers }
+    }
+
+    /// Bytes from one uniform of a technique's own to the next.
+    pub const UNIFORM_STRIDE: u64 = size_of::<EpipolarUniform>() as u64;
+
     /// The first pass of every technique.
     pub fn distance(size: [u32; 2], samples: u32) -> Pass {
         let module: &'static Module =
             if samples > 1 { &modules::DISTANCE_MULTISAMPLED } else { &modules::DISTANCE };
         let loads = u64::from(size[0]) * u64::from(size[1]) * u64::from(samples);
-        Pass { name: "distance", module, entry: &module.entries[0], groups: tiles(size), loads }
+        Pass { name: "distance", module, entry: &module.entries[0], groups: tiles(size), loads, batch: 0 }
     }
 
     /// Bytes of all buffers.

@@ -59,7 +59,7 @@ fn layout_of(text: &str) -> Result<(), String> {
 /// The same of the structs of techniques, and their constants.
 #[test]
 fn structs_of_techniques_have_one_layout() {
-    use scatter_kernels::in_slice::{self, Ask, Task};
+    use scatter_kernels::epipolar::{self, EpipolarUniform, SliceData, SliceLine, SliceTask};
     use scatter_kernels::minmax::{self, TreeLayer};
     macro_rules! check {
         ($module:expr, $rust:ident, [$($field:ident),*]) => {{
@@ -72,18 +72,56 @@ fn structs_of_techniques_have_one_layout() {
     }
     let tree = minmax::TRAVERSE_FLOAT;
     check!(tree, TreeLayer, [start, step, size, origin, perspective, coarsest, offsets]);
-    let sums = in_slice::SUMS;
+    let (sums, rows) = (epipolar::SUMS, epipolar::ROWS);
     check!(
         sums,
-        Task,
-        [first_run, run_count, first_prefix, first_chunk, first_column, column_count, first_ask, ask_count]
+        SliceData,
+        [
+            view_ray,
+            border,
+            column,
+            column_count,
+            first_range,
+            first_line,
+            line_count,
+            first_run,
+            room,
+            flags,
+            padding
+        ]
     );
-    check!(sums, Ask, [rank, run, answer, padding, end]);
+    check!(
+        rows,
+        SliceLine,
+        [
+            columns,
+            first,
+            advance,
+            layer,
+            strides,
+            minor,
+            length,
+            consumed,
+            last_minor,
+            depth_base,
+            gamma,
+            numerator,
+            denominator
+        ]
+    );
+    check!(sums, SliceTask, [slice, band, first_rank, column_count]);
+    check!(sums, EpipolarUniform, [batch, counts, walked, reach, tables, units, bands, padding]);
     for (module, name, value) in [
         (tree, "FINEST", minmax::FINEST),
         (tree, "COARSEST", minmax::COARSEST),
-        (sums, "CHUNK", in_slice::CHUNK),
-        (sums, "COLUMNS", in_slice::COLUMNS),
+        (sums, "CHUNK", epipolar::CHUNK),
+        (sums, "COLUMNS", epipolar::COLUMNS),
+        (sums, "GROUPS_A_ROW", epipolar::GROUPS_A_ROW),
+        (sums, "MOST_BANDS", epipolar::MOST_BANDS as u32),
+        (sums, "WHOLE", epipolar::WHOLE),
+        (sums, "FIRST_OF_FAN", epipolar::flags::FIRST_OF_FAN),
+        (sums, "LAST_OF_FAN", epipolar::flags::LAST_OF_FAN),
+        (sums, "STEEP", epipolar::flags::STEEP),
     ] {
         assert!(module.assemble().contains(&format!("const {name}: u32 = {value}u;")), "{name}");
     }

@@ -62,18 +62,31 @@ pub fn for_each_line(
             });
         }
         ShadowMap::Cascades(layers) => {
-            let mut spans = [NOWHERE; MAX_CASCADES];
-            let spans = &mut spans[..layers.len()];
-            for (span, layer) in spans.iter_mut().zip(layers.iter()) {
-                let own = MapLine::sun_span(layer.projection(), eye, plane, [0.0, reach]);
-                *span = own.unwrap_or(NOWHERE);
-            }
-            first_holders(spans, |layer, span| {
-                let line = MapLine::sun(layers[layer].projection(), eye, plane, order, span);
-                line.into_iter().for_each(|line| visit(layer, line));
-            });
+            let map = |layer: usize| layers[layer].projection();
+            for_each_sun_line(layers.len(), map, eye, (plane, order), reach, visit);
         }
     }
+}
+
+/// [`for_each_line`] of a sun's `count` parallel maps, of which no texel is needed: the first that holds a light ray has it.
+#[inline(always)]
+pub fn for_each_sun_line<'m>(
+    count: usize,
+    map: impl Fn(usize) -> &'m MapProjection,
+    eye: DVec3,
+    (plane, order): (&SlicePlane, ColumnOrder),
+    reach: f64,
+    mut visit: impl FnMut(usize, MapLine),
+) {
+    let mut spans = [NOWHERE; MAX_CASCADES];
+    let spans = &mut spans[..count];
+    for (layer, span) in spans.iter_mut().enumerate() {
+        *span = MapLine::sun_span(map(layer), eye, plane, [0.0, reach]).unwrap_or(NOWHERE);
+    }
+    first_holders(spans, |layer, span| {
+        let line = MapLine::sun(map(layer), eye, plane, order, span);
+        line.into_iter().for_each(|line| visit(layer, line));
+    });
 }
 
 /// The light rays of a map that a slice does not meet.

@@ -15,7 +15,7 @@ mod run_index;
 mod sun_line;
 mod textured_row;
 
-pub use light_lines::{for_each_line, line_through};
+pub use light_lines::{for_each_line, for_each_sun_line, line_through};
 pub use lit_edges::LitEdges;
 pub use map_line::{DepthAlong, Gamma, MapLine, MapLineRecord, ViewRayLine};
 pub use min_max_tiles::{LayerTiles, MinMaxTiles, TILE_SIDE, TileSide};

@@ -18,6 +18,9 @@ pub const MARCH_GPU_ID: &str = "raymarch@gpu";
 /// The id of exact min/max on the GPU.
 pub const MINMAX_GPU_ID: &str = "minmax-mipmap@gpu";
 
+/// The id of epipolar slices on the GPU.
+pub const EPIPOLAR_GPU_ID: &str = "epipolar@gpu";
+
 /// A technique on the process's shared device ([`HarnessDevice::shared`]).
 #[derive(Debug)]
 pub struct GpuTechnique {
@@ -132,6 +135,7 @@ impl VolumetricShadow for GpuTechnique {
         match self.technique {
             Technique::RayMarch { .. } => MARCH_GPU_ID,
             Technique::MinmaxMipmap => MINMAX_GPU_ID,
+            Technique::Epipolar(_) => EPIPOLAR_GPU_ID,
         }
     }
 

@@ -5,12 +5,13 @@ use scatter_core::{
     Rounding, SceneFacts, Target, TechniqueInfo, VolumetricShadow, option_row,
 };
 
+use super::epipolar_tool::Epipolar;
 use super::technique::{GpuTechnique, MARCH_GPU_ID, MINMAX_GPU_ID};
 use crate::capabilities;
 use crate::technique::Technique;
 
 /// All of them.
-pub static TECHNIQUES: &[&dyn scatter_core::Technique] = &[&March, &MinMax];
+pub static TECHNIQUES: &[&dyn scatter_core::Technique] = &[&March, &MinMax, &Epipolar];
 
 /// The technique with that id.
 pub fn technique(id: &str) -> Option<&'static dyn scatter_core::Technique> {
@@ -18,7 +19,7 @@ pub fn technique(id: &str) -> Option<&'static dyn scatter_core::Technique> {
 }
 
 /// Why a planner learns nothing of a technique's time.
-const NOT_MODELLED: &str = "nobody has measured its time on a card yet";
+pub(super) const NOT_MODELLED: &str = "nobody has measured its time on a card yet";
 
 struct March;
 struct MinMax;

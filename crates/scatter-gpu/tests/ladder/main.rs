@@ -1,6 +1,7 @@
 //! The ladder's rungs that need a GPU, in one process: a software driver compiles every shader once.
 
-mod in_slice;
+mod epipolar;
+mod epipolar_stages;
 mod marcher;
 mod minmax;
 mod minmax_stages;

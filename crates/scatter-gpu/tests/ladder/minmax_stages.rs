@@ -9,6 +9,8 @@ use scatter_kernels::minmax::{EXTREMA, FINEST, MinMaxPlan, TRAVERSE_FLOAT, TreeL
 use scatter_kernels::modules::Module;
 use scatter_testing::{Filling, MapKind, OwnedFrame, Random};
 
+use crate::support::changed;
+
 /// `FARTHEST` of the shaders.
 const FARTHEST: f32 = scatter_kernels::FARTHEST;
 
@@ -88,15 +90,6 @@ fn extrema(device: &HarnessDevice, scene: &Scene, modules: [&'static Module; 2])
         scene.plan.extrema_high(),
     );
     bytemuck::pod_collect_to_vec(&high[1])
-}
-
-/// A module with another text, for the life of the process.
-fn changed(module: &Module, name: &'static str, old: &str, new: &str) -> &'static Module {
-    let text = module.assemble();
-    assert!(text.contains(old), "{old}");
-    let text: &'static str = Box::leak(text.replace(old, new).into_boxed_str());
-    let files: &'static [&'static str] = Box::leak(Box::new([text]));
-    Box::leak(Box::new(Module { name, files, entries: module.entries }))
 }
 
 fn bits(nodes: &[[f32; 2]]) -> Vec<[u32; 2]> {

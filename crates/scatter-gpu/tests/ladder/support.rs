@@ -1,6 +1,8 @@
-//! Whether there is a GPU: without one tests say SKIPPED, unless `SCATTER_GPU=required`.
+//! What all rungs share: whether there is a GPU (without one tests say SKIPPED, unless `SCATTER_GPU=required`), and modules with
+//! another text.
 
 use scatter_gpu::harness::HarnessDevice;
+use scatter_kernels::modules::Module;
 
 /// True, and said, where there is no adapter.
 #[track_caller]
@@ -16,4 +18,13 @@ pub fn skipped() -> bool {
             true
         }
     }
+}
+
+/// A module with another text, for the life of the process.
+pub fn changed(module: &Module, name: &'static str, old: &str, new: &str) -> &'static Module {
+    let text = module.assemble();
+    assert!(text.contains(old), "{old}");
+    let text: &'static str = Box::leak(text.replace(old, new).into_boxed_str());
+    let files: &'static [&'static str] = Box::leak(Box::new([text]));
+    Box::leak(Box::new(Module { name, files, entries: module.entries }))
 }
