@@ -129,6 +129,11 @@ impl HarnessDevice {
 
     /// The texels of a texture's first layer, without padding. `texel` bytes each. Submits and waits.
     pub fn read_texture(&self, texture: &wgpu::Texture, texel: u32) -> Vec<u8> {
+        self.read_layer(texture, 0, texel)
+    }
+
+    /// The texels of one layer.
+    pub fn read_layer(&self, texture: &wgpu::Texture, layer: u32, texel: u32) -> Vec<u8> {
         let (width, height) = (texture.width(), texture.height());
         let row = width * texel;
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -140,7 +145,10 @@ impl HarnessDevice {
         });
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_texture_to_buffer(
-            texture.as_image_copy(),
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
+                ..texture.as_image_copy()
+            },
             wgpu::TexelCopyBufferInfo {
                 buffer: &buffer,
                 layout: wgpu::TexelCopyBufferLayout {
@@ -149,7 +157,7 @@ impl HarnessDevice {
                     rows_per_image: None,
                 },
             },
-            texture.size(),
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         );
         self.queue.submit([encoder.finish()]);
         let padded_rows = self.mapped(&buffer);
