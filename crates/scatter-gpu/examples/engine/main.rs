@@ -18,7 +18,7 @@ use scatter_core::Light;
 use scatter_gpu::harness::HarnessDevice;
 use scatter_scene::{BuiltinShot, RadianceImage, Shot, export, load_shot, write_png};
 
-use matrices::{Matrices, Viewpoint};
+use matrices::Viewpoint;
 use reference::{composed_on_cpu, picture, rel_rmse};
 use shafts::Shafts;
 use world::{HDR, World, target};
@@ -107,6 +107,7 @@ fn pictures(device: &HarnessDevice, shot: &Shot, map: u32) -> Result<Pictures, B
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::matrices::Matrices;
 
     /// Three numbers a pixel are stored as halves (light, transmittance, their sum with the picture), each off by an ulp of
     /// 2⁻¹⁰ at the most, however a driver rounds.

@@ -1,10 +1,15 @@
 //! For tests, tools and reports on machines with a driver: a device of one's own, and every technique of this crate as a
 //! `VolumetricShadow` that uploads a frame, submits, waits and reads back. Engines do none of that.
 
+mod adapter;
 mod device;
+mod functions;
 mod technique;
+mod timing;
 mod tool;
 
 pub use device::{Bound, HarnessDevice, NoAdapter};
+pub use functions::{FunctionCheck, check_functions, functions_module};
 pub use technique::{GpuTechnique, MARCH_GPU_ID, MINMAX_GPU_ID};
+pub use timing::{FrameTimes, PassTime, timed};
 pub use tool::{MarchSteps, NoOptions, TECHNIQUES, technique};
