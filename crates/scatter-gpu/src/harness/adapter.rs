@@ -7,6 +7,12 @@ pub fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
 }
 
+/// Their names.
+pub fn adapter_names() -> Vec<String> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    adapters(&instance).iter().map(|adapter| named(&adapter.get_info())).collect()
+}
+
 /// The one that is asked for: a number, or a part of a name in any case. The error lists what there is.
 pub fn chosen(instance: &wgpu::Instance, asked: Option<&str>) -> Result<wgpu::Adapter, NoAdapter> {
     let Some(asked) = asked else {
@@ -41,11 +47,12 @@ fn index_of(asked: &str, names: &[String]) -> Option<usize> {
 
 fn unknown(asked: &str, names: &[String]) -> String {
     if names.is_empty() {
-        return format!("no adapter \"{asked}\": there is none at all; install a Vulkan driver");
+        return format!("\"{asked}\": there is none at all; install a Vulkan driver");
     }
+    // One line, whatever there is.
     let listed: Vec<String> =
         names.iter().enumerate().map(|(index, name)| format!("{index}: {name}")).collect();
-    format!("no adapter \"{asked}\"; give a part of a name or a number of {}", listed.join(", "))
+    format!("\"{asked}\" is none of them; give a part of a name or a number of {}", listed.join(", "))
 }
 
 #[cfg(test)]

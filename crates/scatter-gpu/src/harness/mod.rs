@@ -8,6 +8,7 @@ mod technique;
 mod timing;
 mod tool;
 
+pub use adapter::adapter_names;
 pub use device::{Bound, HarnessDevice, NoAdapter};
 pub use functions::{FunctionCheck, check_functions, functions_module};
 pub use technique::{GpuTechnique, MARCH_GPU_ID, MINMAX_GPU_ID};
