@@ -1,5 +1,6 @@
 // One full-screen triangle: in-scattered light over the engine's picture. Of images of half or a quarter of the size the four
-// nearest pixels are mixed, those at other distances less.
+// nearest pixels are mixed, those at other distances less; under a sun what its light scatters into the pixel's own direction
+// takes the place of what it scattered into theirs.
 @group(0) @binding(8) var inscattered: texture_2d<f32>;
 @group(0) @binding(9) var transmittance: texture_2d<f32>;
 
@@ -21,6 +22,12 @@ fn composite_vertex(@builtin(vertex_index) index: u32) -> Corner {
     return Corner(vec4<f32>(corner * 2.0 - 1.0, 0.0, 1.0), place);
 }
 
+// Of a sun's light scattered into a direction to that scattered into the direction of a pixel of the image, RGB.
+fn turned(scattered: vec3<f32>, pixel: vec2<i32>) -> vec3<f32> {
+    let there = sun_scattering(image_direction(vec2<u32>(pixel)));
+    return select(vec3<f32>(1.0), scattered / max(there, vec3<f32>(1e-30)), there > vec3<f32>(1e-30));
+}
+
 fn composed(place: vec2<f32>) -> Composed {
     let pixel = min(vec2<u32>(max(place, vec2<f32>(0.0))), frame.image.xy - vec2<u32>(1u));
     let block = frame.depth_more.y;
@@ -34,6 +41,8 @@ fn composed(place: vec2<f32>) -> Composed {
     let part = low - corner;
     var sum = Composed(vec3<f32>(0.0), vec3<f32>(0.0));
     var weights = 0.0;
+    let turns = frame.kinds.z == LIGHT_SUN && has(frame.kinds.w, FRAME_ANISOTROPIC);
+    let scattered = sun_scattering(pixel_ray(pixel).direction);
     for (var i = 0; i < 4; i++) {
         let step = vec2<i32>(i & 1, i >> 1u);
         let at = clamp(vec2<i32>(corner) + step, vec2<i32>(0), last);
@@ -42,7 +51,11 @@ fn composed(place: vec2<f32>) -> Composed {
         // A pixel at another distance by 1 % of it counts a tenth.
         let other = abs(through.w - min(end, 65504.0)) / max(min(end, 65504.0), 1e-6);
         let weight = (near.x * near.y + 1e-4) / (1.0 + 900.0 * min(other, 1e6));
-        sum.light += weight * textureLoad(inscattered, at, 0).xyz;
+        var light = textureLoad(inscattered, at, 0).xyz;
+        if turns {
+            light *= turned(scattered, at);
+        }
+        sum.light += weight * light;
         sum.through += weight * through.xyz;
         weights += weight;
     }

@@ -33,3 +33,10 @@ fn camera_pixel(pixel: vec2<u32>) -> vec2<u32> {
     }
     return chosen;
 }
+
+// Direction through the middle of a pixel of the image. What light does there by its direction alone is taken in that
+// direction, whichever pixel of the block its ray is, so that whoever mixes pixels knows it.
+fn image_direction(pixel: vec2<u32>) -> vec3<f32> {
+    let way = way_at((vec2<f32>(pixel) + 0.5) * frame.depth_more.y - 0.5 - frame.reference.xy);
+    return way / length(way);
+}

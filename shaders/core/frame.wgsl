@@ -101,9 +101,14 @@ struct Ray {
     stretch: f32,
 }
 
+// The way of a unit of s of the ray through a place of the image, which counts from the reference pixel.
+fn way_at(p: vec2<f32>) -> vec3<f32> {
+    return frame.direction[0].xyz + p.x * frame.direction[1].xyz + p.y * frame.direction[2].xyz;
+}
+
 fn pixel_ray(pixel: vec2<u32>) -> Ray {
     let p = from_reference(pixel);
-    let way = frame.direction[0].xyz + p.x * frame.direction[1].xyz + p.y * frame.direction[2].xyz;
+    let way = way_at(p);
     var ray: Ray;
     ray.stretch = length(way);
     ray.direction = way / ray.stretch;

@@ -344,7 +344,7 @@ fn traverse(@builtin(global_invocation_id) id: vec3<u32>) {
     walk_layers(distance / ray.stretch);
     var light = walk.light;
     if frame.kinds.z == LIGHT_SUN {
-        light *= sun_scattering(ray.direction);
+        light *= sun_scattering(image_direction(id.xy));
     }
     write_pixel(id.xy, light * frame.strength.xyz, transmittance_to(fog, distance), distance);
 

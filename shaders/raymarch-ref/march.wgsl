@@ -264,7 +264,7 @@ fn march(@builtin(global_invocation_id) id: vec3<u32>) {
         } else {
             radiance = sun_interval(fog, 0.0, end);
         }
-        radiance *= sun_scattering(ray.direction);
+        radiance *= sun_scattering(image_direction(id.xy));
     } else if marches() {
         radiance = march_lamp(pixel, ray, end, seed);
     } else {

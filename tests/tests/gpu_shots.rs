@@ -87,6 +87,13 @@ fn every_built_in_shot_is_what_the_cpu_says() {
             );
             println!("{line}");
             judged += 1;
+            // A mutant of rungs 3 and 4: the same picture a column aside is another one.
+            let mut aside = found.image.pixels.clone();
+            aside.rotate_left(1);
+            let shifted = Labelled { label: "shifted", size, pixels: &aside };
+            let reference = Labelled { label: "cpu", size, pixels: &truth.image.pixels };
+            let mutant = compare(reference, shifted, None).unwrap();
+            assert!(mutant.rel_rmse > rel_rmse, "{line}: a column aside is not seen: {:e}", mutant.rel_rmse);
             if !(figures.rel_rmse <= rel_rmse && figures.p99 <= p99 && figures.non_finite == 0) {
                 missed.push(line);
             }

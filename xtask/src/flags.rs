@@ -37,6 +37,10 @@ pub enum Command {
     /// The GPU's shaders: checked by naga (and Dawn, where node has it), written as SPIR-V, HLSL and MSL; exit 1 if one is refused
     #[cfg(feature = "gpu")]
     Shaders(Shaders),
+    /// A card's correctness and times: functions, twins and truths first, then each pass at 1080p on three shots; exit 1 if a
+    /// number is wrong
+    #[cfg(feature = "gpu")]
+    GpuReport(GpuReport),
     /// Every technique on every extreme, against closed forms; exit 1 if a number is wrong
     Stress(Stress),
     /// Everything CI checks: format, lints, docs, all tests, a quick validate
@@ -55,6 +59,30 @@ pub struct Shaders {
     pub json: bool,
 }
 
+/// `gpu-report`.
+#[cfg(feature = "gpu")]
+#[derive(Debug, Args)]
+pub struct GpuReport {
+    /// The card, by a part of its name or its number in --list [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub gpu_adapter: Option<String>,
+    /// Print the cards with their numbers, and nothing else
+    #[arg(long)]
+    pub list: bool,
+    /// Write gpu-report.json and gpu-report.txt into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print the JSON document on stdout, everything else on stderr
+    #[arg(long)]
+    pub json: bool,
+    /// Small images and maps: a check of the command itself, whose times say nothing
+    #[arg(long)]
+    pub quick: bool,
+    /// Timed runs a technique; the median counts
+    #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repeat: u32,
+}
+
 /// What renders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub enum Device {
@@ -65,15 +93,25 @@ pub enum Device {
     Gpu,
 }
 
+/// What renders, and on which card.
+#[derive(Debug, Clone, Args)]
+pub struct DeviceFlags {
+    /// What renders: the CPU, or the GPU's twins of the techniques that have one (ids end in @gpu)
+    #[arg(long, value_name = "DEVICE", value_enum, default_value_t)]
+    pub device: Device,
+    /// The card, by a part of its name or its number in `gpu-report --list` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub gpu_adapter: Option<String>,
+}
+
 /// How a shot is rendered.
 #[derive(Debug, Clone, Args)]
 pub struct Rendering {
     /// Technique by its id; repeatable where several make sense
     #[arg(long = "method", value_name = "ID")]
     pub methods: Vec<String>,
-    /// What renders: the CPU, or the GPU's twins of the techniques that have one (ids end in @gpu)
-    #[arg(long, value_name = "DEVICE", value_enum, default_value_t)]
-    pub device: Device,
+    #[command(flatten)]
+    pub on: DeviceFlags,
     /// Error level from which a technique derives its options: preview, game or film
     #[arg(long, value_name = "LEVEL", default_value_t, value_parser = quality)]
     pub quality: Quality,
@@ -302,6 +340,8 @@ pub struct Stress {
     /// Rows whose group or name contains this text; repeatable [default: all]
     #[arg(long = "row", value_name = "TEXT")]
     pub rows: Vec<String>,
+    #[command(flatten)]
+    pub on: DeviceFlags,
     /// Threads [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,

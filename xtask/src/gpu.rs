@@ -2,7 +2,10 @@
 
 use scatter::Technique;
 
-use crate::flags::Device;
+use anyhow::bail;
+use scatter_validate::Twin;
+
+use crate::flags::{Device, DeviceFlags};
 
 /// An id as it is meant on a device: `raymarch` on the GPU is `raymarch@gpu`; references stay what they are.
 pub fn id_on(device: Device, id: &str) -> String {
@@ -11,6 +14,29 @@ pub fn id_on(device: Device, id: &str) -> String {
     } else {
         id.into()
     }
+}
+
+/// Takes the card that is asked for. One that is not there is an error that lists those that are; so is one for nothing.
+pub fn choose(on: &DeviceFlags, is_on_gpu: bool) -> anyhow::Result<()> {
+    let Some(asked) = &on.gpu_adapter else { return Ok(()) };
+    if !is_on_gpu {
+        bail!("--gpu-adapter: the CPU renders; add --device gpu, or name a --method that ends in @gpu");
+    }
+    #[cfg(feature = "gpu")]
+    scatter_gpu::harness::HarnessDevice::share(asked);
+    match adapter() {
+        Ok(_) => Ok(()),
+        Err(none) => bail!("--gpu-adapter {asked}: {none}"),
+    }
+}
+
+/// The GPU's techniques, each with the CPU's whose twin it is.
+pub fn twins() -> Vec<Twin<'static>> {
+    let twin = |id: &'static str| {
+        let of = scatter::technique(id.strip_suffix("@gpu")?)?;
+        Some(Twin { id, of })
+    };
+    techniques().iter().filter_map(|technique| twin(technique.info().id)).collect()
 }
 
 /// All techniques of the GPU.

@@ -80,6 +80,8 @@ fn dispatch(command: Command) -> anyhow::Result<Verdict> {
         Command::Compare(flags) => commands::compare::run(&flags),
         Command::Methods(flags) => commands::methods::run(&flags),
         #[cfg(feature = "gpu")]
+        Command::GpuReport(flags) => commands::gpu_report::run(&flags),
+        #[cfg(feature = "gpu")]
         Command::Shaders(flags) => commands::shaders::run(&flags),
         Command::Shots(flags) => commands::shots::run(&flags),
         Command::Stress(flags) => commands::stress::run(&flags),

@@ -195,7 +195,13 @@ const COMPOSITE_BINDINGS: &[Binding] =
 /// The image over the engine's picture.
 pub const COMPOSITE: Module = Module {
     name: "core/composite",
-    files: &[core::NUMBER, core::FRAME, core::DISTANCE, include_str!("../../../shaders/core/composite.wgsl")],
+    files: &[
+        core::NUMBER,
+        core::FRAME,
+        core::PHASE,
+        core::DISTANCE,
+        include_str!("../../../shaders/core/composite.wgsl"),
+    ],
     entries: &[
         Entry { name: "composite_vertex", workgroup: [0; 3], bindings: &[bind(0, Uniform)] },
         Entry { name: "composite_grey", workgroup: [0; 3], bindings: COMPOSITE_BINDINGS },

@@ -5,11 +5,11 @@ use scatter_scene::{RadianceImage, Shot};
 
 use crate::baseline::Baseline;
 use crate::judge_error::JudgeError;
-use crate::judged_shot::JudgedShot;
+use crate::judged_shot::{JudgedShot, against};
 use crate::measure::{Measurement, Outcome, Renderer, measure};
 use crate::options::at_level;
 use crate::planned::{AUTO, Planner, measure_planned};
-use crate::row::{Errors, Row, Verdict};
+use crate::row::{Errors, Row, TwinDistance, Verdict};
 use crate::settings::{Options, Settings, pairs};
 use crate::staged_shot::StagedShot;
 use crate::step_search::reaches;
@@ -28,12 +28,23 @@ pub struct Matrix<'a> {
     pub baseline: Option<Baseline<'a>>,
     /// Who chooses a technique a shot for a further row, `auto`.
     pub planner: Option<&'a dyn Planner>,
+    /// Techniques that run on other hardware what another one runs on the CPU: their distance from it is measured, too.
+    pub twins: Vec<Twin<'a>>,
     /// Ids of techniques whose hardware a software driver stands for: their times are shown in brackets and enter no ratio.
     pub emulated: Vec<&'a str>,
     /// How the techniques are run.
     pub settings: Settings,
     /// What they must keep.
     pub tolerances: Tolerances,
+}
+
+/// A technique on other hardware and what it is the twin of.
+#[derive(Clone, Copy)]
+pub struct Twin<'a> {
+    /// Its id.
+    pub id: &'a str,
+    /// The CPU's technique.
+    pub of: &'a dyn Technique,
 }
 
 /// What one shot gave.
@@ -165,10 +176,35 @@ impl Matrix<'_> {
             row.options = Renderer::resolved(technique, target, &pairs(&options), shot)??;
             row.overrides = options.into_iter().collect();
             row.level = Some(self.settings.quality.to_string());
+            row.twin = self.twin_distance(&row, &measurement, shot)?;
             row.verdict = Some(self.verdict(&row));
             to.push(row, measurement);
         }
         Ok(())
+    }
+
+    /// How far a twin's image is from that of its technique with the values of the options that both have; `None` where a
+    /// technique is nobody's twin, or the CPU's does not take the shot or the values.
+    fn twin_distance(
+        &self,
+        row: &Row,
+        measurement: &Measurement,
+        shot: &StagedShot,
+    ) -> Result<Option<TwinDistance>, JudgeError> {
+        let Some(twin) = self.twins.iter().find(|twin| twin.id == row.method) else { return Ok(None) };
+        let options: Vec<(&str, &str)> = row
+            .options
+            .iter()
+            .filter(|(key, _)| twin.of.info().option(key).is_ok())
+            .map(|(key, value)| (key.as_str(), value.as_str()))
+            .collect();
+        let target = Target::Quality(self.settings.quality);
+        let Ok(mut renderer) = Renderer::configured(twin.of, target, &options, shot)? else {
+            return Ok(None);
+        };
+        let Outcome::Measured(of) = measure(shot, &mut renderer, 1)? else { return Ok(None) };
+        let figures = against(shot, &of, measurement)?;
+        Ok(Some(TwinDistance { method: of.method, figures }))
     }
 
     /// A row of what the planner chooses. Its image is that of the technique that it names.

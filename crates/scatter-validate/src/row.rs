@@ -51,6 +51,9 @@ pub struct Row {
     pub modelled: Vec<String>,
     /// Error figures against the truths that were asked for.
     pub errors: Errors,
+    /// Of a technique on other hardware: its distance from the technique whose twin it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub twin: Option<TwinDistance>,
     /// The quality level; none for a reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<String>,
@@ -63,6 +66,16 @@ pub struct Row {
     /// What is to be said instead of a verdict: the level that a foreign image reaches, or that it is identical.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
+}
+
+/// How far an image is from that of the same technique on the CPU, with the same options.
+#[derive(Debug, Clone, Serialize)]
+pub struct TwinDistance {
+    /// The CPU's technique.
+    pub method: String,
+    /// Its image is the reference.
+    #[serde(flatten)]
+    pub figures: Figures,
 }
 
 /// Error figures against the truths.
@@ -123,6 +136,7 @@ impl Row {
             counts: measurement.counts.clone(),
             modelled: measurement.modelled.clone(),
             errors,
+            twin: None,
             level: None,
             ratio: None,
             verdict: None,
@@ -182,6 +196,7 @@ pub(crate) mod tests {
             counts: BTreeMap::new(),
             modelled: Vec::new(),
             errors: Errors::default(),
+            twin: None,
             level: None,
             ratio: None,
             verdict: None,

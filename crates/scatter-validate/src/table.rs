@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::columns::Columns;
 use crate::figures::Figures;
-use crate::row::{Row, Verdict};
+use crate::row::{Row, TwinDistance, Verdict};
 
 /// One line a row under a header; what a FAIL or an `unsupported` means follows below.
 pub fn table(rows: &[Row]) -> String {
@@ -21,6 +21,14 @@ pub(crate) fn columns(rows: &[Row]) -> Columns {
 pub(crate) fn remarks(rows: &[Row]) -> String {
     let mut text = String::new();
     for row in rows {
+        if let Some(twin) = &row.twin {
+            let TwinDistance { method, figures: f } = twin;
+            let _ = writeln!(
+                text,
+                "twin: {} on {}: rel_rmse {:.1e}, p99 {:.1e} from {method}",
+                row.method, row.shot, f.rel_rmse, f.p99
+            );
+        }
         match &row.verdict {
             Some(Verdict::Fail(reasons)) => {
                 for reason in reasons {

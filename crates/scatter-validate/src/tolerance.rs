@@ -7,7 +7,7 @@
 
 use serde::Deserialize;
 
-use crate::row::{Errors, Row};
+use crate::row::Row;
 
 /// One limit.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -170,7 +170,7 @@ impl Tolerances {
             .iter()
             .filter(|limit| applies(&limit.method, &row.method) && applies(&limit.shot, &row.shot))
             .filter_map(|limit| {
-                let value = figure(&row.errors, &limit.figure)?;
+                let value = figure(row, &limit.figure)?;
                 // Not `value > max`: a NaN is out of tolerance too.
                 let within = value.abs() <= limit.max;
                 (!within).then(|| format!("{} is {value:.3e}, at most {:.3e}", limit.figure, limit.max))
@@ -182,12 +182,12 @@ impl Tolerances {
 impl Tolerance {
     fn problem(&self) -> Option<String> {
         let known = self.figure.split_once('.').is_some_and(|(truth, figure)| {
-            ["shadow_map", "raycast"].contains(&truth) && FIGURES.contains(&figure)
+            ["shadow_map", "raycast", "twin"].contains(&truth) && FIGURES.contains(&figure)
         });
         if !known {
             let figures = FIGURES.join(", ");
             return Some(format!(
-                "no figure '{}'; give shadow_map.F or raycast.F with F of {figures}",
+                "no figure '{}'; give shadow_map.F, raycast.F or twin.F with F of {figures}",
                 self.figure
             ));
         }
@@ -201,10 +201,14 @@ impl Tolerance {
     }
 }
 
-/// The value of `shadow_map.F` or `raycast.F`; `None` where it was not measured.
-fn figure(errors: &Errors, name: &str) -> Option<f64> {
+/// The value of `shadow_map.F`, `raycast.F` or `twin.F`; `None` where it was not measured.
+fn figure(row: &Row, name: &str) -> Option<f64> {
     let (truth, figure) = name.split_once('.')?;
-    let figures = if truth == "raycast" { errors.raycast } else { errors.shadow_map }?;
+    let figures = match truth {
+        "raycast" => row.errors.raycast,
+        "twin" => row.twin.as_ref().map(|twin| twin.figures),
+        _ => row.errors.shadow_map,
+    }?;
     Some(match figure {
         "rel_rmse" => figures.rel_rmse,
         "p99" => figures.p99,
@@ -217,6 +221,7 @@ fn figure(errors: &Errors, name: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Errors;
     use crate::row::tests::{figures, row};
 
     const ONE: &str =

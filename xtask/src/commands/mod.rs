@@ -3,6 +3,8 @@
 pub mod calibrate;
 pub mod compare;
 mod foreign;
+#[cfg(feature = "gpu")]
+pub mod gpu_report;
 mod light_curves;
 pub mod methods;
 pub mod mutants;

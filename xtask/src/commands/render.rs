@@ -34,8 +34,9 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
         [id] => id.as_str(),
         _ => bail!("--method: render takes one technique; give the option once"),
     };
-    let id = &gpu::id_on(rendering.device, id);
+    let id = &gpu::id_on(rendering.on.device, id);
     let method = method(id)?;
+    gpu::choose(&rendering.on, id.ends_with("@gpu"))?;
     if id.ends_with("@gpu") {
         let adapter = gpu::adapter().map_err(|none| anyhow::anyhow!("--method {id}: {none}"))?;
         stderr_line(&format!("gpu: {adapter}"));

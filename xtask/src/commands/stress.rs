@@ -11,15 +11,25 @@ use scatter_validate::{Contender, Machine};
 
 use super::page;
 use crate::Verdict;
-use crate::flags::Stress;
-use crate::output::{check_folder, print, print_json};
+use crate::flags::{Device, Stress};
+use crate::gpu;
+use crate::output::{check_folder, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
 use crate::select::{Method, method};
 
 /// Runs the matrix and prints it.
 pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {
-    let contenders = contenders(&flags.methods)?;
+    let ids: Vec<String> = flags.methods.iter().map(|id| gpu::id_on(flags.on.device, id)).collect();
+    let is_on_gpu = flags.on.device == Device::Gpu || ids.iter().any(|id| id.ends_with("@gpu"));
+    gpu::choose(&flags.on, is_on_gpu)?;
+    if is_on_gpu {
+        match gpu::adapter() {
+            Ok(adapter) => stderr_line(&format!("gpu: {adapter}")),
+            Err(none) => return Ok(skipped(&none, &ids)),
+        }
+    }
+    let contenders = contenders(&ids, flags.on.device)?;
     if let Some(folder) = &flags.report {
         check_folder(folder)?;
     }
@@ -83,11 +93,23 @@ pub fn section(results: Vec<StressResult>, contenders: &[Contender<'_>]) -> Sect
     Section::Stress(StressSection { results, methods: contenders.iter().map(Contender::id).collect() })
 }
 
+/// Without an adapter no extreme is rendered: said, counted, and a failure where techniques were asked for by name or the
+/// environment says `SCATTER_GPU=required`.
+fn skipped(none: &str, ids: &[String]) -> Verdict {
+    let count = if ids.is_empty() { gpu::techniques().len() } else { ids.len() };
+    stderr_line(&format!("{count} techniques, {count} skipped: SKIPPED: {none}"));
+    let required = std::env::var_os("SCATTER_GPU").is_some_and(|value| value == "required");
+    if required || !ids.is_empty() { Verdict::OutOfTolerance } else { Verdict::Well }
+}
+
 /// The named techniques, or the reference and all of them. The reference is always there: it is what the others stand
 /// beside.
-fn contenders(ids: &[String]) -> anyhow::Result<Vec<Contender<'static>>> {
+fn contenders(ids: &[String], device: Device) -> anyhow::Result<Vec<Contender<'static>>> {
     if ids.is_empty() {
-        return Ok(Contender::all(TECHNIQUES));
+        return Ok(Contender::all(match device {
+            Device::Cpu => TECHNIQUES,
+            Device::Gpu => gpu::techniques(),
+        }));
     }
     let mut techniques: Vec<&dyn Technique> = Vec::new();
     for id in ids {

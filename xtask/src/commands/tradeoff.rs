@@ -28,6 +28,7 @@ use crate::select::{Method, baseline, check_options, method, raster_device, shot
 pub fn run(flags: &Tradeoff) -> anyhow::Result<Verdict> {
     let rendering = &flags.rendering;
     let techniques = techniques(flags)?;
+    gpu::choose(&rendering.on, techniques.iter().any(|technique| technique.info().id.ends_with("@gpu")))?;
     if let Some(id) = gpu::emulated(&techniques).first() {
         bail!(
             "tradeoff of {id}: a software driver stands for the GPU, and its times are not a GPU's; run it on a machine with a card, or \
@@ -213,14 +214,14 @@ impl Run<'_> {
 /// worth a row.
 fn techniques(flags: &Tradeoff) -> anyhow::Result<Vec<&'static dyn Technique>> {
     if flags.rendering.methods.is_empty() {
-        return Ok(match flags.rendering.device {
+        return Ok(match flags.rendering.on.device {
             Device::Cpu => TECHNIQUES.to_vec(),
             Device::Gpu => gpu::techniques().to_vec(),
         });
     }
     let mut techniques = Vec::new();
     for id in &flags.rendering.methods {
-        match method(&gpu::id_on(flags.rendering.device, id))? {
+        match method(&gpu::id_on(flags.rendering.on.device, id))? {
             Method::Technique(technique) => techniques.push(technique),
             Method::ShadowMapTruth if flags.motion => {}
             _ => bail!(

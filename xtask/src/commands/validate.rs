@@ -39,8 +39,10 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     let foreign = Foreign::of(flags)?;
     let earlier = flags.baseline.as_deref().map(read_baseline).transpose()?;
     let raster = raster_device(&rendering.maps)?;
-    let ids: Vec<_> = rendering.methods.iter().map(|id| gpu::id_on(rendering.device, id)).collect();
-    if rendering.device == Device::Gpu || ids.iter().any(|id| id.ends_with("@gpu")) {
+    let ids: Vec<_> = rendering.methods.iter().map(|id| gpu::id_on(rendering.on.device, id)).collect();
+    let is_on_gpu = rendering.on.device == Device::Gpu || ids.iter().any(|id| id.ends_with("@gpu"));
+    gpu::choose(&rendering.on, is_on_gpu)?;
+    if is_on_gpu {
         match gpu::adapter() {
             Ok(adapter) => stderr_line(&format!("gpu: {adapter}")),
             Err(none) => return skipped(&none, &ids, &flags.shots),
@@ -53,7 +55,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
         );
     }
     let techniques: Vec<&'static dyn Technique> = if methods.is_empty() && foreign.is_none() {
-        match rendering.device {
+        match rendering.on.device {
             Device::Cpu => TECHNIQUES.to_vec(),
             Device::Gpu => gpu::techniques().to_vec(),
         }
@@ -89,7 +91,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
             machine: machine_of(flags.machine.as_deref())?.with_threads(threads),
         };
         let is_planned = foreign.is_none()
-            && ((methods.is_empty() && rendering.device == Device::Cpu)
+            && ((methods.is_empty() && rendering.on.device == Device::Cpu)
                 || methods.iter().any(|m| matches!(m, Method::Auto)));
         let matrix = Matrix {
             techniques: techniques.clone(),
@@ -97,6 +99,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
             raycast_row: methods.iter().any(|m| matches!(m, Method::RaycastTruth)),
             baseline: baseline(),
             planner: (is_planned && rendering.set.is_empty()).then_some(&planner as _),
+            twins: gpu::twins(),
             emulated: gpu::emulated(&techniques),
             settings,
             tolerances,

@@ -4,6 +4,8 @@ mod cascades;
 mod compare;
 mod errors;
 mod foreign;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod plan;
 mod regression;
 mod render;

@@ -4,8 +4,12 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use scatter_kernels::modules::Module;
 
+use super::adapter;
 use crate::error::GpuError;
 use crate::gpu::{Gpu, GpuOptions};
+
+/// The adapter of the shared device, where one was asked for.
+static ASKED: OnceLock<String> = OnceLock::new();
 
 /// No driver, or none that gives a device.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -37,34 +41,40 @@ pub enum Bound<'a> {
 }
 
 impl HarnessDevice {
-    /// Of the first adapter, or of the first whose name contains `name`.
-    pub fn open(name: Option<&str>) -> Result<Self, NoAdapter> {
+    /// Of the best adapter, or of the one that is asked for by its number or a part of its name.
+    pub fn open(asked: Option<&str>) -> Result<Self, NoAdapter> {
+        Self::open_with(asked, wgpu::Features::empty())
+    }
+
+    /// The same with timestamps, where the adapter has them.
+    pub fn open_timed(asked: Option<&str>) -> Result<Self, NoAdapter> {
+        Self::open_with(asked, wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    /// With those of `wanted` that the adapter has.
+    fn open_with(asked: Option<&str>, wanted: wgpu::Features) -> Result<Self, NoAdapter> {
         let failed = |error: &dyn std::fmt::Display| NoAdapter(error.to_string());
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         // Without DEBUG: old layers reject the source language in naga's debug information.
         descriptor.flags = wgpu::InstanceFlags::VALIDATION;
-        let instance = wgpu::Instance::new(descriptor);
-        let adapter = match name {
-            None => pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
-                power_preference: wgpu::PowerPreference::HighPerformance,
-                ..Default::default()
-            }))
-            .map_err(|error| failed(&error))?,
-            Some(name) => pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
-                .into_iter()
-                .find(|adapter| adapter.get_info().name.contains(name))
-                .ok_or_else(|| NoAdapter(format!("no adapter whose name contains \"{name}\"")))?,
-        };
-        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default()))
-            .map_err(|e| failed(&e))?;
+        let adapter = adapter::chosen(&wgpu::Instance::new(descriptor), asked)?;
+        let descriptor =
+            wgpu::DeviceDescriptor { required_features: adapter.features() & wanted, ..Default::default() };
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| failed(&error))?;
         let gpu = Gpu::new(&device, &GpuOptions::default()).map_err(|error| failed(&error))?;
         Ok(Self { device, queue, info: adapter.get_info(), gpu })
+    }
+
+    /// Says which adapter [`Self::shared`] opens, before it is first called; later it changes nothing.
+    pub fn share(asked: &str) {
+        let _ = ASKED.set(asked.into());
     }
 
     /// The one device of a process, or why there is none: devices opened side by side fight for a software driver's cores.
     pub fn shared() -> Result<MutexGuard<'static, Self>, NoAdapter> {
         static DEVICE: OnceLock<Result<Mutex<HarnessDevice>, NoAdapter>> = OnceLock::new();
-        match DEVICE.get_or_init(|| Self::open(None).map(Mutex::new)) {
+        match DEVICE.get_or_init(|| Self::open(ASKED.get().map(String::as_str)).map(Mutex::new)) {
             Ok(device) => Ok(device.lock().unwrap_or_else(PoisonError::into_inner)),
             Err(none) => Err(none.clone()),
         }
@@ -129,6 +139,11 @@ impl HarnessDevice {
 
     /// The texels of a texture's first layer, without padding. `texel` bytes each. Submits and waits.
     pub fn read_texture(&self, texture: &wgpu::Texture, texel: u32) -> Vec<u8> {
+        self.read_layer(texture, 0, texel)
+    }
+
+    /// The texels of one layer.
+    pub fn read_layer(&self, texture: &wgpu::Texture, layer: u32, texel: u32) -> Vec<u8> {
         let (width, height) = (texture.width(), texture.height());
         let row = width * texel;
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -140,7 +155,10 @@ impl HarnessDevice {
         });
         let mut encoder = self.device.create_command_encoder(&Default::default());
         encoder.copy_texture_to_buffer(
-            texture.as_image_copy(),
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
+                ..texture.as_image_copy()
+            },
             wgpu::TexelCopyBufferInfo {
                 buffer: &buffer,
                 layout: wgpu::TexelCopyBufferLayout {
@@ -149,11 +167,25 @@ impl HarnessDevice {
                     rows_per_image: None,
                 },
             },
-            texture.size(),
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         );
         self.queue.submit([encoder.finish()]);
         let padded_rows = self.mapped(&buffer);
         padded_rows.chunks_exact(padded as usize).flat_map(|bytes| &bytes[..row as usize]).copied().collect()
+    }
+
+    /// What a buffer holds; it needs `COPY_SRC`. Submits and waits.
+    pub fn read_buffer(&self, buffer: &wgpu::Buffer) -> Vec<u8> {
+        let copy = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("read back"),
+            size: buffer.size(),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+        self.queue.submit([encoder.finish()]);
+        self.mapped(&copy)
     }
 
     fn mapped(&self, buffer: &wgpu::Buffer) -> Vec<u8> {

@@ -24,18 +24,18 @@ pub const EPIPOLAR_GPU_ID: &str = "epipolar@gpu";
 /// A technique on the process's shared device ([`HarnessDevice::shared`]).
 #[derive(Debug)]
 pub struct GpuTechnique {
-    technique: Technique,
+    pub(super) technique: Technique,
     view: Option<View>,
-    textures: Option<Textures>,
+    pub(super) textures: Option<Textures>,
 }
 
 #[derive(Debug)]
-struct Textures {
+pub(super) struct Textures {
     /// Size of the image, of the maps and how many, of the glass.
     sizes: ([u32; 2], [u32; 2], u32, [u32; 2]),
-    depth: wgpu::Texture,
-    shadow: wgpu::Texture,
-    glass: wgpu::Texture,
+    pub(super) depth: wgpu::Texture,
+    pub(super) shadow: wgpu::Texture,
+    pub(super) glass: wgpu::Texture,
 }
 
 impl GpuTechnique {
@@ -44,7 +44,7 @@ impl GpuTechnique {
         Self { technique, view: None, textures: None }
     }
 
-    fn upload(&mut self, device: &HarnessDevice, frame: &Frame<'_>) {
+    pub(super) fn upload(&mut self, device: &HarnessDevice, frame: &Frame<'_>) {
         let layers: Vec<_> = frame.shadow().layers().collect();
         let largest = layers.iter().fold([1; 2], |[w, h], layer| {
             let [width, height] = layer.projection().size();

@@ -2,6 +2,7 @@
 
 mod epipolar;
 mod epipolar_stages;
+mod functions;
 mod marcher;
 mod minmax;
 mod minmax_stages;

@@ -51,3 +51,39 @@ pub fn check(translations: &[Translation]) -> anyhow::Result<Dawn> {
         _ => Ok(Dawn::Skipped(format!("node's package `webgpu` opened no null device ({})", output.status))),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commands::shaders::translation::translated;
+    use scatter_gpu::kernels::{Module, modules};
+
+    /// Rung 0b: what WebGPU's other compiler says of all modules, and that it sees a barrier that not all threads of a workgroup
+    /// reach, which naga lets pass.
+    #[test]
+    fn dawn_takes_every_module_and_rejects_a_barrier_in_a_branch() {
+        let all: Vec<_> = modules::all().collect();
+        let barrier = |name: &str| all.iter().find(|module| module.name == name);
+        let original = barrier("minmax-mipmap/extrema-low").unwrap();
+        let files: Vec<&'static str> = original
+            .files
+            .iter()
+            .map(|text| {
+                &*text.replace("workgroupBarrier();", "if thread.x < 3u { workgroupBarrier(); }").leak()
+            })
+            .collect();
+        let mutant = Module { name: "mutant", files: files.leak(), entries: original.entries };
+        // Naga takes it: that is why there is a second opinion.
+        let translations: Vec<_> =
+            all.iter().copied().chain([&mutant]).map(|module| translated(module).unwrap()).collect();
+        match check(&translations).unwrap() {
+            Dawn::Skipped(reason) => println!("SKIPPED: Dawn: {reason}"),
+            Dawn::Checked(errors) => {
+                let (wrong, right) = errors.split_last().unwrap();
+                println!("{} modules; the mutant: {:?}", right.len(), wrong.first());
+                assert!(right.iter().all(Vec::is_empty), "{right:?}");
+                assert!(wrong.iter().any(|error| error.contains("uniform")), "{wrong:?}");
+            }
+        }
+    }
+}
