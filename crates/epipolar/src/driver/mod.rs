@@ -6,6 +6,7 @@
 
 mod borders;
 mod light_sums;
+mod own_slices;
 mod pass;
 mod pixels_between;
 mod queries;
@@ -19,6 +20,7 @@ mod slice_integrator;
 mod slice_view;
 mod spacing;
 mod spacing_sample;
+mod step_ends;
 mod surfaces;
 
 pub use borders::Borders;

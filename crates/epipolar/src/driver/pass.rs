@@ -6,6 +6,7 @@
 //! and again: shafts' edges get fine slices, open air keeps coarse ones. (The paper resamples rectified results, and
 //! its slices are a pixel apart everywhere.)
 
+use glam::DVec2;
 use scatter_core::at_level;
 
 use super::borders::Borders;
@@ -17,6 +18,7 @@ use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom};
 use super::slice_view::{SliceAngles, SliceScene, SliceView};
 use super::spacing_sample::{GapPixels, MOST_COLUMN_STRIDE, SpacingSample, Unoccluded};
+use super::step_ends::ends_on_steps;
 use super::surfaces::{SharedColumns, Surfaces};
 use crate::geometry::{ColumnOrder, Fan, FanPixels, Major, Slice};
 
@@ -30,14 +32,29 @@ pub struct SlicePass<'a, I> {
     pub resampling: Resampling,
     /// Which pixels share answers, if any do.
     pub surfaces: Option<Surfaces>,
-    /// Measures gaps instead of filling them, with the light that shares are shares of.
-    pub measures: Option<&'a Unoccluded<'a>>,
+    /// Measures gaps instead of filling them.
+    pub measures: Option<Measuring<'a>>,
+    /// Largest share of pixels that get a slice of their own, if their rays end on steps of the map; none do at 0.
+    pub own_slices_up_to: f32,
+    /// Whether all texels are cut, whatever the integrator's settings are.
+    pub is_exact: bool,
     /// One column in how many queries.
     pub column_stride: usize,
     /// Channels whose shares differ, 1 or 3.
     pub channels: usize,
     /// Where rays end that are longer.
     pub longest: f32,
+}
+
+/// What is measured of a gap.
+#[derive(Clone, Copy)]
+pub struct Measuring<'a> {
+    /// The light that shares are shares of.
+    pub light: &'a Unoccluded<'a>,
+    /// Whether only what texels hide that are not cut is measured: of the line between two slices.
+    pub cuts_alone: bool,
+    /// Whether it is noted which rays end on steps of the map.
+    pub notes_steps: bool,
 }
 
 /// Buffers of one worker, kept from frame to frame.
@@ -54,6 +71,8 @@ pub struct Worker<S> {
     /// What a slice says that others are measured against, per channel, and what they say.
     line: [Vec<f32>; 3],
     found: Vec<f32>,
+    /// One pixel with a slice of its own.
+    alone: PixelsBetween,
     /// The slice before, this one and the next one.
     lines: [Borders; 3],
     /// The gaps that were measured.
@@ -67,6 +86,8 @@ pub struct Worker<S> {
 pub struct Counts {
     pub slices: u64,
     pub queries: u64,
+    /// Pixels with a slice of their own.
+    pub alone: u64,
 }
 
 impl<S> Worker<S> {
@@ -80,6 +101,7 @@ impl<S> Worker<S> {
             list.clear(gap, channels);
             list.list_none(columns, MOST_COLUMN_STRIDE as usize, channels);
         }
+        self.alone.clear(1, channels);
         self.lines.iter_mut().for_each(|line| line.reserve(columns));
         self.line.iter_mut().for_each(|line| line.reserve(gap.saturating_sub(line.len())));
         self.found.reserve(gap.saturating_sub(self.found.len()));
@@ -95,7 +117,7 @@ impl<S> Worker<S> {
 
     /// Bytes held, but those of the integrator.
     pub fn memory_bytes(&self) -> usize {
-        let lists = self.gaps.iter().chain(self.halves.iter().flatten());
+        let lists = self.gaps.iter().chain(self.halves.iter().flatten()).chain([&self.alone]);
         self.angles.memory_bytes()
             + self.queries.memory_bytes()
             + lists.map(PixelsBetween::memory_bytes).sum::<usize>()
@@ -133,8 +155,13 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
             if has_before {
                 let between = [&slices[index - 1], &slices[index]];
                 match self.measures {
-                    Some(light) => self.measure_gap(fan, between, light, index, worker),
-                    None => self.finish_gap(fan, between, worker),
+                    Some(measuring) => self.measure_gap(fan, between, measuring, index, worker),
+                    None => {
+                        self.finish_gap(fan, between, worker);
+                        if self.own_slices_up_to > 0.0 {
+                            self.answer_alone(fan, worker);
+                        }
+                    }
                 }
             }
             std::mem::swap(before, own);
@@ -194,7 +221,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
                 }
             }
         });
-        self.integrate(slice, fan, [first, first_column + to as u32], worker);
+        self.integrate(slice, fan, [first, first_column + to as u32], self.is_exact, worker);
         let Worker { queries, gaps: [before, behind], .. } = worker;
         at_level!(self.scene.simd, {
             for channel in 0..channels {
@@ -255,7 +282,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         &self,
         fan: &Fan,
         between: [&Slice; 2],
-        light: &Unoccluded<'_>,
+        measuring: Measuring<'_>,
         index: usize,
         worker: &mut Worker<I::Scratch>,
     ) {
@@ -271,29 +298,72 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         let part = if to > from { ((own - from) / (to - from)).clamp(0.0, 1.0) as f32 } else { 0.5 };
         worker.gaps[0].place_at(part);
         let pixels = std::mem::take(&mut worker.gaps[0]);
-        self.query_all(&line, fan, &pixels, worker);
-        worker.gaps[0] = pixels;
+        self.query_all(&line, fan, &pixels, true, worker);
         for (channel, line) in worker.line.iter_mut().enumerate().take(self.channels) {
             line.clear();
             line.extend_from_slice(worker.queries.shares(channel));
         }
-        // What the pixels would get is written where they are, and overwritten once all of them are filled.
-        self.finish_gap(fan, between, worker);
-        let Worker { gaps: [pixels, _], line, found, sample, .. } = worker;
-        let at = GapPixels { places: pixels.places(), ends: pixels.ends() };
+        if measuring.cuts_alone {
+            self.query_all(&line, fan, &pixels, false, worker);
+            worker.gaps[0] = pixels;
+        } else {
+            // What the pixels would get is written where they are, and overwritten once all of them are filled.
+            worker.gaps[0] = pixels;
+            self.finish_gap(fan, between, worker);
+        }
+        let Worker { gaps: [pixels, _], line, found, queries, sample, .. } = worker;
+        let on_steps = measuring.notes_steps.then_some(self.scene.frame);
+        let at = GapPixels { places: pixels.places(), ends: pixels.ends(), on_steps };
         sample.begin();
         for (channel, line) in line.iter().enumerate().take(self.channels) {
-            pixels.read(self.shares, channel, found);
+            if measuring.cuts_alone {
+                found.clear();
+                found.extend_from_slice(queries.shares(channel));
+            } else {
+                pixels.read(self.shares, channel, found);
+            }
             let weighted_by = (self.channels > 1).then_some(channel);
-            sample.count(self.scene.simd, light, at, weighted_by, (found, line));
+            sample.count(self.scene.simd, measuring.light, at, weighted_by, (found, line));
+        }
+    }
+
+    /// Answers the pixels of a gap whose rays end on steps of the map by slices of their own, where they are dark.
+    fn answer_alone(&self, fan: &Fan, worker: &mut Worker<I::Scratch>) {
+        let width = self.scene.frame.size()[0];
+        for index in 0..worker.gaps[0].len() {
+            let (place, end) = (worker.gaps[0].places()[index], worker.gaps[0].ends()[index]);
+            let shares = (0..self.channels).map(|channel| self.shares.get(place as usize, channel));
+            // A negative share is left to be walked.
+            let is_dark =
+                shares.fold(true, |dark, share| dark & (0.0..=self.own_slices_up_to).contains(&share));
+            if !is_dark || !ends_on_steps(self.scene.frame, place, end) {
+                continue;
+            }
+            let centre = DVec2::new(f64::from(place % width) + 0.5, f64::from(place / width) + 0.5);
+            let own = Slice::through(&self.scene.epipole, fan.major, centre);
+            let mut alone = std::mem::take(&mut worker.alone);
+            alone.take_one(&worker.gaps[0], index, self.channels);
+            self.query_all(&own, fan, &alone, true, worker);
+            worker.alone = alone;
+            worker.counts.alone += 1;
+            for channel in 0..self.channels {
+                self.shares.put(place as usize, channel, worker.queries.shares(channel)[0]);
+            }
         }
     }
 
     /// Queries a slice for pixels that come column by column.
-    fn query_all(&self, slice: &Slice, fan: &Fan, pixels: &PixelsBetween, worker: &mut Worker<I::Scratch>) {
+    fn query_all(
+        &self,
+        slice: &Slice,
+        fan: &Fan,
+        pixels: &PixelsBetween,
+        is_exact: bool,
+        worker: &mut Worker<I::Scratch>,
+    ) {
         at_level!(self.scene.simd, worker.queries.take(pixels, self.channels));
         let [first, last] = pixels.span();
-        self.integrate(slice, fan, [first, last + 1], worker);
+        self.integrate(slice, fan, [first, last + 1], is_exact, worker);
     }
 
     /// Writes the shares of the pixels of a gap; returns whether some are left to slices nearer to them.
@@ -319,7 +389,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         let channels = self.channels;
         let [a, b] = between;
         let middle = Slice::through(&self.scene.epipole, fan.major, 0.5 * (a.exit + b.exit));
-        self.query_all(&middle, fan, pixels, worker);
+        self.query_all(&middle, fan, pixels, self.is_exact, worker);
         at_level!(self.scene.simd, {
             let shares = [0, 1, 2].map(|channel| worker.queries.shares(channel));
             pixels.halve(fan.major, [a, &middle, b], shares, channels);
@@ -340,7 +410,14 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
     }
 
     /// Has the queries of a slice answered, whose columns count from `columns[0]`.
-    fn integrate(&self, slice: &Slice, fan: &Fan, columns: [u32; 2], worker: &mut Worker<I::Scratch>) {
+    fn integrate(
+        &self,
+        slice: &Slice,
+        fan: &Fan,
+        columns: [u32; 2],
+        is_exact: bool,
+        worker: &mut Worker<I::Scratch>,
+    ) {
         let order = ColumnOrder { columns, ascending: fan.ascending == self.scene.epipole.outward };
         let Worker { scratch, angles, queries, counts, .. } = worker;
         counts.slices += 1;
@@ -348,7 +425,9 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         at_level!(self.scene.simd, {
             let slice = SliceView::new(self.scene, *slice, fan.major, order, angles);
             let reach = queries.find_light_rays(slice.light, slice.sines(), slice.cosines());
-            self.integrator.integrate(&slice.up_to(reach), queries, scratch);
+            let slice = slice.up_to(reach);
+            let slice = if is_exact { slice.exactly() } else { slice };
+            self.integrator.integrate(&slice, queries, scratch);
         });
     }
 }

@@ -7,7 +7,8 @@ use scatter_core::{
     Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, Window, parallel, simd_level,
 };
 
-use super::pass::{SlicePass, Worker};
+use super::own_slices::own_slices;
+use super::pass::{Measuring, SlicePass, Worker};
 use super::refinement::Refinement;
 use super::resampling::Resampling;
 use super::resolve::Resolve;
@@ -15,7 +16,7 @@ use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup, TileUse};
 use super::slice_view::SliceScene;
 use super::spacing::SpacingSearch;
-use super::spacing_sample::{ErrorTarget, Unoccluded, column_stride, measured, stride};
+use super::spacing_sample::{ErrorTarget, Measured, Unoccluded, column_stride, measured, stride};
 use super::surfaces::Surfaces;
 use crate::geometry::{Epipole, FanPixels, Slice, SliceMap, SliceSet};
 use crate::rows::MinMaxTiles;
@@ -39,6 +40,21 @@ const DARK_FLOOR: f32 = 0.01;
 
 /// Shares below are f32's rounding of sums.
 const LEAST_FLOOR: f32 = 1e-6;
+
+/// Largest part of what a target allows that texels may hide which are not cut. It comes on top of what slices miss between them.
+const MOST_OF_CUTS: f64 = 0.4;
+
+/// How many times fewer gaps tell what such texels hide, since that is alike everywhere.
+const FEWER_GAPS_OF_CUTS: usize = 4;
+
+/// What a frame is found to need beside slices that are close enough.
+#[derive(Debug, Clone, Copy, Default)]
+struct Care {
+    /// Largest share of pixels that get a slice of their own where their rays end on steps of the map.
+    own_slices_up_to: f32,
+    /// Whether all texels are cut.
+    is_exact: bool,
+}
 
 /// How slices are laid and refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,6 +165,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let sum = |count: fn(&Worker<I::Scratch>) -> u64| self.workers.iter().map(count).sum::<u64>();
         stats.counts.push("slices", sum(|worker| worker.counts.slices));
         stats.counts.push("spacing in 1/64 pixel", (64.0 * spacing).round() as u64);
+        stats.counts.push("pixels with own slices", sum(|worker| worker.counts.alone));
         self.integrator.report(&mut self.workers.iter().map(|worker| &worker.scratch), &mut stats);
         stats.counts.push("queries", sum(|worker| worker.counts.queries));
         stats.counts.push("walked pixels", walked);
@@ -250,22 +267,42 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         (stats, clock): (&mut RenderStats, &mut StageClock),
     ) -> f64 {
         let mut settings = *settings;
+        let mut care = Care::default();
         if let Some(target) = settings.target {
             let light = Unoccluded::new(frame);
+            let measuring = Measuring { light: &light, cuts_alone: false, notes_steps: false };
             let mut search = SpacingSearch::new(spacing, [target.within[0], widest]);
+            let mut is_first = true;
             while search.goes_on() {
-                self.workers.iter_mut().for_each(|worker| worker.sample.clear());
-                self.run(
-                    frame,
-                    epipole,
-                    (spacing, channels),
-                    &settings,
-                    Some((&light, target.confidence.gaps)),
-                );
-                let found = measured(self.workers.iter().map(|worker| &worker.sample), target);
+                let measuring = Measuring { notes_steps: !is_first, ..measuring };
+                let mut found =
+                    self.measure(frame, epipole, (spacing, channels), &settings, (measuring, care), target);
+                if !is_first && found.excess > 1.0 {
+                    let size = frame.size().map(f64::from);
+                    let frame = (size[0] * size[1], self.slices.slices.len() as f64);
+                    let samples = self.workers.iter().map(|worker| &worker.sample);
+                    if let Some((multiple, with)) = own_slices(samples, target, found, frame) {
+                        found = with;
+                        care.own_slices_up_to = (multiple * found.lit_share) as f32;
+                    }
+                }
                 // In a dark picture errors of less count.
                 let floor = settings.refinement.floor;
                 settings.refinement.floor = floor.min(DARK_FLOOR * found.lit_share as f32).max(LEAST_FLOOR);
+                if is_first && found.excess > 1.0 {
+                    let measuring = Measuring { cuts_alone: true, ..measuring };
+                    let cuts = self.measure(
+                        frame,
+                        epipole,
+                        (spacing, channels),
+                        &settings,
+                        (measuring, care),
+                        target,
+                    );
+                    // What texels hide that are not cut stays, however close slices are.
+                    care.is_exact = cuts.excess > MOST_OF_CUTS;
+                }
+                is_first = false;
                 search.learn(found.excess);
                 if search.spacing != spacing {
                     spacing = search.spacing;
@@ -275,18 +312,34 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             }
             clock.lap(stats, "spacing");
         }
-        self.run(frame, epipole, (spacing, channels), &settings, None);
+        self.run(frame, epipole, (spacing, channels), &settings, (None, care));
         spacing
     }
 
-    /// Fills all gaps, or measures a sample of them, with the light that shares are shares of and how many gaps are enough.
+    /// Measures a sample of gaps against a target.
+    fn measure(
+        &mut self,
+        frame: &Frame<'_>,
+        epipole: Epipole,
+        of_slices: (f64, usize),
+        settings: &SliceSettings,
+        (measuring, care): (Measuring<'_>, Care),
+        target: ErrorTarget,
+    ) -> Measured {
+        self.workers.iter_mut().for_each(|worker| worker.sample.clear());
+        let gaps = target.confidence.gaps / if measuring.cuts_alone { FEWER_GAPS_OF_CUTS } else { 1 };
+        self.run(frame, epipole, of_slices, settings, (Some((measuring, gaps)), care));
+        measured(self.workers.iter().map(|worker| &worker.sample), target, 0.0)
+    }
+
+    /// Fills all gaps, or measures a sample of them: what is measured, and how many gaps are enough.
     fn run(
         &mut self,
         frame: &Frame<'_>,
         epipole: Epipole,
         (spacing, channels): (f64, usize),
         settings: &SliceSettings,
-        measures: Option<(&Unoccluded<'_>, usize)>,
+        (measures, care): (Option<(Measuring<'_>, usize)>, Care),
     ) {
         let longest = self.integrator.longest_ray().min(frame.max_distance()) as f32;
         let pass = SlicePass {
@@ -302,7 +355,9 @@ impl<I: SliceIntegrator> SliceDriver<I> {
                 spacing,
                 &settings.refinement,
             ),
-            measures: measures.map(|(light, _)| light),
+            measures: measures.map(|(measuring, _)| measuring),
+            own_slices_up_to: care.own_slices_up_to,
+            is_exact: care.is_exact,
             column_stride: measures.map_or(1, |_| column_stride(spacing) as usize),
             channels,
             longest,
