@@ -49,6 +49,29 @@ pub fn walked_radiance(frame: &Frame<'_>, x: u32, y: u32) -> DVec3 {
     (stretch(0.0, end) - dark).max(DVec3::ZERO)
 }
 
+/// As [`walked_radiance`], of the part of the pixel's ray that lies beyond `from` ≥ 0 alone. O(texels along that part), no heap.
+pub fn walked_beyond(frame: &Frame<'_>, x: u32, y: u32, from: f64) -> DVec3 {
+    let (camera, end) = (frame.camera(), frame.ray_end(x, y));
+    let ray = camera.pixel_ray(x, y);
+    let mut light = None;
+    let mut lit = DVec3::ZERO;
+    let maps = (frame.shadow(), frame.setup().maps());
+    lit_stretches(maps, camera.eye(), &ray, [from.min(end), end], |a, b| {
+        // Most parts that are asked for are dark.
+        let light =
+            light.get_or_insert_with(|| RayLight::new(frame.light(), frame.medium(), camera.eye(), &ray));
+        match frame.texture() {
+            None => lit += light.interval(a, b),
+            Some(texture) => {
+                texture.pieces(camera.eye(), ray.origin, ray.direction, [a, b], |a, b, colour| {
+                    lit += light.interval(a, b) * DVec3::from(colour.map(f64::from));
+                });
+            }
+        }
+    });
+    lit
+}
+
 /// The stretch of a span that lies behind the texel's surface.
 fn shadowed_part(layer: &ShadowLayer<'_>, ray: &MapRay, span: &TexelSpan) -> Option<(f64, f64)> {
     let surface = f64::from(layer.at(span.i, span.j));

@@ -6,7 +6,7 @@
 
 mod borders;
 mod light_sums;
-mod own_slices;
+mod near_ends;
 mod pass;
 mod pixels_between;
 mod queries;
@@ -20,7 +20,6 @@ mod slice_integrator;
 mod slice_view;
 mod spacing;
 mod spacing_sample;
-mod step_ends;
 mod surfaces;
 
 pub use borders::Borders;

@@ -6,7 +6,6 @@
 //! and again: shafts' edges get fine slices, open air keeps coarse ones. (The paper resamples rectified results, and
 //! its slices are a pixel apart everywhere.)
 
-use glam::DVec2;
 use scatter_core::at_level;
 
 use super::borders::Borders;
@@ -18,7 +17,6 @@ use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom};
 use super::slice_view::{SliceAngles, SliceScene, SliceView};
 use super::spacing_sample::{GapPixels, MOST_COLUMN_STRIDE, SpacingSample, Unoccluded};
-use super::step_ends::ends_on_steps;
 use super::surfaces::{SharedColumns, Surfaces};
 use crate::geometry::{ColumnOrder, Fan, FanPixels, Major, Slice};
 
@@ -34,8 +32,8 @@ pub struct SlicePass<'a, I> {
     pub surfaces: Option<Surfaces>,
     /// Measures gaps instead of filling them.
     pub measures: Option<Measuring<'a>>,
-    /// Largest share of pixels that get a slice of their own, if their rays end on steps of the map; none do at 0.
-    pub own_slices_up_to: f32,
+    /// Where the pixels' rays end.
+    pub ends: &'a [f32],
     /// Whether all texels are cut, whatever the integrator's settings are.
     pub is_exact: bool,
     /// One column in how many queries.
@@ -53,8 +51,8 @@ pub struct Measuring<'a> {
     pub light: &'a Unoccluded<'a>,
     /// Whether only what texels hide that are not cut is measured: of the line between two slices.
     pub cuts_alone: bool,
-    /// Whether it is noted which rays end on steps of the map.
-    pub notes_steps: bool,
+    /// From which error on, relative to a pixel's radiance, it is noted whether its ray ends on steps of the map.
+    pub notes_steps: Option<f32>,
 }
 
 /// Buffers of one worker, kept from frame to frame.
@@ -71,8 +69,6 @@ pub struct Worker<S> {
     /// What a slice says that others are measured against, per channel, and what they say.
     line: [Vec<f32>; 3],
     found: Vec<f32>,
-    /// One pixel with a slice of its own.
-    alone: PixelsBetween,
     /// The slice before, this one and the next one.
     lines: [Borders; 3],
     /// The gaps that were measured.
@@ -86,8 +82,6 @@ pub struct Worker<S> {
 pub struct Counts {
     pub slices: u64,
     pub queries: u64,
-    /// Pixels with a slice of their own.
-    pub alone: u64,
 }
 
 impl<S> Worker<S> {
@@ -101,7 +95,6 @@ impl<S> Worker<S> {
             list.clear(gap, channels);
             list.list_none(columns, MOST_COLUMN_STRIDE as usize, channels);
         }
-        self.alone.clear(1, channels);
         self.lines.iter_mut().for_each(|line| line.reserve(columns));
         self.line.iter_mut().for_each(|line| line.reserve(gap.saturating_sub(line.len())));
         self.found.reserve(gap.saturating_sub(self.found.len()));
@@ -117,7 +110,7 @@ impl<S> Worker<S> {
 
     /// Bytes held, but those of the integrator.
     pub fn memory_bytes(&self) -> usize {
-        let lists = self.gaps.iter().chain(self.halves.iter().flatten()).chain([&self.alone]);
+        let lists = self.gaps.iter().chain(self.halves.iter().flatten());
         self.angles.memory_bytes()
             + self.queries.memory_bytes()
             + lists.map(PixelsBetween::memory_bytes).sum::<usize>()
@@ -156,12 +149,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
                 let between = [&slices[index - 1], &slices[index]];
                 match self.measures {
                     Some(measuring) => self.measure_gap(fan, between, measuring, index, worker),
-                    None => {
-                        self.finish_gap(fan, between, worker);
-                        if self.own_slices_up_to > 0.0 {
-                            self.answer_alone(fan, worker);
-                        }
-                    }
+                    None => self.finish_gap(fan, between, worker),
                 }
             }
             std::mem::swap(before, own);
@@ -200,7 +188,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         let first = first_column + from as u32;
         let offsets = self.offsets(first_column, from..to, all);
         let shared = self.shared(pixels);
-        let depth = self.scene.frame.depth().texels();
+        let depth = self.ends;
         let Worker { queries, gaps, .. } = worker;
         at_level!(self.scene.simd, {
             let [before, behind] = &mut *gaps;
@@ -252,8 +240,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
             let (strides, breadth) =
                 if fan.major == Major::X { ([1, width], height) } else { ([width, 1], width) };
             let grid = Grid { first_column: pixels.columns[0], strides };
-            let depth = self.scene.frame.depth().texels();
-            surfaces.find_ends(line, pixels, grid, depth, (breadth, self.longest));
+            surfaces.find_ends(line, pixels, grid, self.ends, (breadth, self.longest));
         }
     }
 
@@ -312,7 +299,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
             self.finish_gap(fan, between, worker);
         }
         let Worker { gaps: [pixels, _], line, found, queries, sample, .. } = worker;
-        let on_steps = measuring.notes_steps.then_some(self.scene.frame);
+        let on_steps = measuring.notes_steps.map(|counts| (self.scene.frame, counts));
         let at = GapPixels { places: pixels.places(), ends: pixels.ends(), on_steps };
         sample.begin();
         for (channel, line) in line.iter().enumerate().take(self.channels) {
@@ -324,31 +311,6 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
             }
             let weighted_by = (self.channels > 1).then_some(channel);
             sample.count(self.scene.simd, measuring.light, at, weighted_by, (found, line));
-        }
-    }
-
-    /// Answers the pixels of a gap whose rays end on steps of the map by slices of their own, where they are dark.
-    fn answer_alone(&self, fan: &Fan, worker: &mut Worker<I::Scratch>) {
-        let width = self.scene.frame.size()[0];
-        for index in 0..worker.gaps[0].len() {
-            let (place, end) = (worker.gaps[0].places()[index], worker.gaps[0].ends()[index]);
-            let shares = (0..self.channels).map(|channel| self.shares.get(place as usize, channel));
-            // A negative share is left to be walked.
-            let is_dark =
-                shares.fold(true, |dark, share| dark & (0.0..=self.own_slices_up_to).contains(&share));
-            if !is_dark || !ends_on_steps(self.scene.frame, place, end) {
-                continue;
-            }
-            let centre = DVec2::new(f64::from(place % width) + 0.5, f64::from(place / width) + 0.5);
-            let own = Slice::through(&self.scene.epipole, fan.major, centre);
-            let mut alone = std::mem::take(&mut worker.alone);
-            alone.take_one(&worker.gaps[0], index, self.channels);
-            self.query_all(&own, fan, &alone, true, worker);
-            worker.alone = alone;
-            worker.counts.alone += 1;
-            for channel in 0..self.channels {
-                self.shares.put(place as usize, channel, worker.queries.shares(channel)[0]);
-            }
         }
     }
 

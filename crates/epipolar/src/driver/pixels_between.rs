@@ -304,15 +304,6 @@ impl PixelsBetween {
         }
     }
 
-    /// Lists one pixel of another list.
-    pub fn take_one(&mut self, from: &Self, index: usize, channels: usize) {
-        self.clear(1, channels);
-        self.count = 1;
-        self.columns[0] = from.columns[index];
-        self.places[0] = from.places[index];
-        self.ends[0] = from.ends[index];
-    }
-
     /// Replaces the gap by its halves on both sides of the slice `middle`, which has answered all pixels in their order.
     #[inline(always)]
     pub fn halve(&mut self, major: Major, [a, middle, b]: [&Slice; 3], shares: [&[f32]; 3], channels: usize) {

@@ -7,7 +7,7 @@ use scatter_core::{
     Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, Window, parallel, simd_level,
 };
 
-use super::own_slices::own_slices;
+use super::near_ends::NearEnds;
 use super::pass::{Measuring, SlicePass, Worker};
 use super::refinement::Refinement;
 use super::resampling::Resampling;
@@ -47,14 +47,12 @@ const MOST_OF_CUTS: f64 = 0.4;
 /// How many times fewer gaps tell what such texels hide, since that is alike everywhere.
 const FEWER_GAPS_OF_CUTS: usize = 4;
 
-/// What a frame is found to need beside slices that are close enough.
-#[derive(Debug, Clone, Copy, Default)]
-struct Care {
-    /// Largest share of pixels that get a slice of their own where their rays end on steps of the map.
-    own_slices_up_to: f32,
-    /// Whether all texels are cut.
-    is_exact: bool,
-}
+/// Nanoseconds that a slice costs beside its queries, and that a pixel costs where rays are cut: measured, about.
+const SLICE: f64 = 2e4;
+const CUT: f64 = 200.0;
+
+/// Power of the spacing that errors fall with, where no two measurements have told it.
+const POWER: f64 = 0.75;
 
 /// How slices are laid and refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,6 +105,7 @@ pub struct SliceDriver<I: SliceIntegrator> {
     tasks: Vec<(usize, usize)>,
     tiles: MinMaxTiles,
     shares: Shares,
+    near_ends: NearEnds,
     workers: Vec<Worker<I::Scratch>>,
 }
 
@@ -121,6 +120,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             tasks: Vec::new(),
             tiles: MinMaxTiles::default(),
             shares: Shares::default(),
+            near_ends: NearEnds::default(),
             workers: Vec::new(),
         }
     }
@@ -159,13 +159,14 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         };
         clock.lap(&mut stats, "slices");
 
-        let walked = Resolve::new(frame, shadowed.then_some((&self.shares, channels)), self.simd).image(out);
+        let walked = Resolve::new(frame, shadowed.then_some((&self.shares, channels)), self.simd)
+            .with_near_ends(&self.near_ends)
+            .image(out);
         clock.lap(&mut stats, "resolve");
 
         let sum = |count: fn(&Worker<I::Scratch>) -> u64| self.workers.iter().map(count).sum::<u64>();
         stats.counts.push("slices", sum(|worker| worker.counts.slices));
         stats.counts.push("spacing in 1/64 pixel", (64.0 * spacing).round() as u64);
-        stats.counts.push("pixels with own slices", sum(|worker| worker.counts.alone));
         self.integrator.report(&mut self.workers.iter().map(|worker| &worker.scratch), &mut stats);
         stats.counts.push("queries", sum(|worker| worker.counts.queries));
         stats.counts.push("walked pixels", walked);
@@ -226,6 +227,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let channels = if frame.texture().is_some() { 3 } else { self.integrator.channels() };
         let [width, height] = frame.size().map(|side| side as usize);
         self.shares.clear(width * height, channels);
+        self.near_ends.reserve(width * height);
         self.workers.resize_with(parallel::worker_count(), Worker::default);
         let columns = width.max(height);
         let gap = Worker::<I::Scratch>::most_between([width, height], widest);
@@ -267,40 +269,33 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         (stats, clock): (&mut RenderStats, &mut StageClock),
     ) -> f64 {
         let mut settings = *settings;
-        let mut care = Care::default();
+        let mut is_exact = false;
         if let Some(target) = settings.target {
             let light = Unoccluded::new(frame);
-            let measuring = Measuring { light: &light, cuts_alone: false, notes_steps: false };
+            let notes_steps = Some(target.error);
+            let mut measuring = Measuring { light: &light, cuts_alone: false, notes_steps };
             let mut search = SpacingSearch::new(spacing, [target.within[0], widest]);
             let mut is_first = true;
             while search.goes_on() {
-                let measuring = Measuring { notes_steps: !is_first, ..measuring };
-                let mut found =
-                    self.measure(frame, epipole, (spacing, channels), &settings, (measuring, care), target);
-                if !is_first && found.excess > 1.0 {
-                    let size = frame.size().map(f64::from);
-                    let frame = (size[0] * size[1], self.slices.slices.len() as f64);
-                    let samples = self.workers.iter().map(|worker| &worker.sample);
-                    if let Some((multiple, with)) = own_slices(samples, target, found, frame) {
-                        found = with;
-                        care.own_slices_up_to = (multiple * found.lit_share) as f32;
-                    }
+                let of_slices = (spacing, channels);
+                let found = self.measure(frame, epipole, of_slices, &settings, (measuring, is_exact), target);
+                if found.excess > 1.0
+                    && measuring.notes_steps.is_some()
+                    && self.cuts_rays(frame.size(), found, target)
+                {
+                    // Measured anew, since not all that is missed there may lie beyond the cuts.
+                    self.near_ends.find(frame);
+                    measuring.notes_steps = None;
+                    continue;
                 }
                 // In a dark picture errors of less count.
                 let floor = settings.refinement.floor;
                 settings.refinement.floor = floor.min(DARK_FLOOR * found.lit_share as f32).max(LEAST_FLOOR);
-                if is_first && found.excess > 1.0 {
+                if is_first && found.excess > 1.0 && self.integrator.leaves_texels_uncut() {
                     let measuring = Measuring { cuts_alone: true, ..measuring };
-                    let cuts = self.measure(
-                        frame,
-                        epipole,
-                        (spacing, channels),
-                        &settings,
-                        (measuring, care),
-                        target,
-                    );
+                    let cuts = self.measure(frame, epipole, of_slices, &settings, (measuring, false), target);
                     // What texels hide that are not cut stays, however close slices are.
-                    care.is_exact = cuts.excess > MOST_OF_CUTS;
+                    is_exact = cuts.excess > MOST_OF_CUTS;
                 }
                 is_first = false;
                 search.learn(found.excess);
@@ -312,8 +307,20 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             }
             clock.lap(stats, "spacing");
         }
-        self.run(frame, epipole, (spacing, channels), &settings, (None, care));
+        self.run(frame, epipole, (spacing, channels), &settings, (None, is_exact));
         spacing
+    }
+
+    /// Whether it is worth it to cut rays before they end on steps of the map, by what was measured without it.
+    fn cuts_rays(&self, size: [u32; 2], found: Measured, target: ErrorTarget) -> bool {
+        let [width, height] = size.map(f64::from);
+        let samples = self.workers.iter().map(|worker| &worker.sample);
+        let without = measured(samples, target, false);
+        let slices = self.slices.slices.len() as f64;
+        // Closer slices cost more texels, not more queries.
+        let finer = |excess: f64| excess.max(1.0).powf(1.0 / POWER);
+        let saved = (finer(found.excess) - finer(without.excess)) * slices * SLICE;
+        saved > CUT * width * height
     }
 
     /// Measures a sample of gaps against a target.
@@ -323,13 +330,13 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         epipole: Epipole,
         of_slices: (f64, usize),
         settings: &SliceSettings,
-        (measuring, care): (Measuring<'_>, Care),
+        (measuring, is_exact): (Measuring<'_>, bool),
         target: ErrorTarget,
     ) -> Measured {
         self.workers.iter_mut().for_each(|worker| worker.sample.clear());
         let gaps = target.confidence.gaps / if measuring.cuts_alone { FEWER_GAPS_OF_CUTS } else { 1 };
-        self.run(frame, epipole, of_slices, settings, (Some((measuring, gaps)), care));
-        measured(self.workers.iter().map(|worker| &worker.sample), target, 0.0)
+        self.run(frame, epipole, of_slices, settings, (Some((measuring, gaps)), is_exact));
+        measured(self.workers.iter().map(|worker| &worker.sample), target, true)
     }
 
     /// Fills all gaps, or measures a sample of them: what is measured, and how many gaps are enough.
@@ -339,7 +346,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         epipole: Epipole,
         (spacing, channels): (f64, usize),
         settings: &SliceSettings,
-        (measures, care): (Option<(Measuring<'_>, usize)>, Care),
+        (measures, is_exact): (Option<(Measuring<'_>, usize)>, bool),
     ) {
         let longest = self.integrator.longest_ray().min(frame.max_distance()) as f32;
         let pass = SlicePass {
@@ -356,8 +363,8 @@ impl<I: SliceIntegrator> SliceDriver<I> {
                 &settings.refinement,
             ),
             measures: measures.map(|(measuring, _)| measuring),
-            own_slices_up_to: care.own_slices_up_to,
-            is_exact: care.is_exact,
+            ends: self.near_ends.or_depth(frame),
+            is_exact,
             column_stride: measures.map_or(1, |_| column_stride(spacing) as usize),
             channels,
             longest,
@@ -387,6 +394,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             self.workers.iter().map(|worker| worker.memory_bytes() + I::scratch_bytes(&worker.scratch));
         let tasks = self.tasks.capacity() * size_of::<(usize, usize)>();
         let tables = self.integrator.memory_bytes() + self.tiles.memory_bytes() + self.shares.memory_bytes();
+        let tables = tables + self.near_ends.memory_bytes();
         (slices + tasks + tables + pixels.chain(workers).sum::<usize>()) as u64
     }
 }

@@ -8,7 +8,7 @@
 
 use scatter_core::{Frame, Level, LightIntegralF32, RayLanes, at_level};
 
-use super::step_ends::ends_on_steps;
+use super::near_ends::ends_on_steps;
 
 /// Rays whose light is found side by side.
 const LANES: usize = RayLanes::COUNT;
@@ -65,8 +65,8 @@ pub struct GapPixels<'a> {
     pub places: &'a [u32],
     /// Where rays end \[world units\].
     pub ends: &'a [f32],
-    /// The frame, if it is asked which of them end on steps of its map.
-    pub on_steps: Option<&'a Frame<'a>>,
+    /// The frame, if it is asked which of them end on steps of its map, and from which error on, relative to their radiance.
+    pub on_steps: Option<(&'a Frame<'a>, f32)>,
 }
 
 /// The light of a frame where nothing shadows it, which shares are weighted by.
@@ -100,7 +100,7 @@ impl<'a> Unoccluded<'a> {
 #[derive(Debug, Default)]
 pub struct SpacingSample {
     /// Radiance without shadows, with them, and the error of what was found: with a minus sign, zero's too, where the pixel's ray ends
-    /// on steps of the map ([`ends_on_steps`](super::step_ends::ends_on_steps)).
+    /// on steps of the map ([`ends_on_steps`]).
     pixels: Vec<[f32; 3]>,
     /// First pixel of each gap.
     gaps: Vec<u32>,
@@ -155,8 +155,10 @@ impl SpacingSample {
                 };
                 // What is left to be walked is exact.
                 let error = if found[lane] < 0.0 { 0.0 } else { (exact[lane] - found[lane]).abs() };
-                let on_steps =
-                    at.on_steps.is_some_and(|frame| ends_on_steps(frame, places[lane], ends[lane]));
+                // Of those alone that may count: few are.
+                let on_steps = at.on_steps.is_some_and(|(frame, counts)| {
+                    error > counts * exact[lane] && ends_on_steps(frame, places[lane])
+                });
                 ([own, own * exact[lane], own * error], on_steps)
             }));
         }
@@ -198,8 +200,6 @@ pub struct Measured {
     pub excess: f64,
     /// The share of the light that is lit.
     pub lit_share: f64,
-    /// The share of the pixels that are answered on their own.
-    pub own_share: f64,
 }
 
 /// Puts the samples of all workers together.
@@ -209,19 +209,18 @@ pub struct Measured {
 /// more of: gaps are drawn one by one, so the variance of a sum over gaps is the sum of its squares. The same for any
 /// distribution of gaps over workers.
 ///
-/// Pixels that end on steps of the map and whose share is at most `multiple` of the lit share count as answered on their own,
-/// without an error; 0: none are.
+/// Without those `on_steps` of the map: as if pixels whose rays end there had no errors.
 pub fn measured<'a>(
     samples: impl Iterator<Item = &'a SpacingSample> + Clone,
     target: ErrorTarget,
-    multiple: f64,
+    on_steps: bool,
 ) -> Measured {
     let Confidence { sigmas, .. } = target.confidence;
     let gaps = || samples.clone().flat_map(SpacingSample::gaps);
     // No matter how bright the light is: in units of the brightest pixel.
-    let largest = gaps().flatten().flatten().fold(0.0f32, |largest, &value| largest.max(value));
+    let largest = gaps().flatten().flatten().fold(0.0f32, |largest, &value| largest.max(value.abs()));
     if largest == 0.0 {
-        return Measured { excess: 0.0, lit_share: 1.0, own_share: 0.0 };
+        return Measured { excess: 0.0, lit_share: 1.0 };
     }
     let [mut light, mut lit, mut squares, mut spread] = [OrderlessSum::default(); 4];
     let mut count = 0;
@@ -235,19 +234,13 @@ pub fn measured<'a>(
         lit.add(sums[1]);
     }
     let lit_share = (lit.value() / light.value().max(f64::MIN_POSITIVE)).min(1.0);
-    let darkest = (multiple * lit_share) as f32;
-    // What is found where nothing is may be taken for light: neither is to be brighter.
-    let is_own = |&[whole, radiance, error]: &[f32; 3]| {
-        multiple > 0.0 && error.is_sign_negative() && radiance - error <= darkest * whole
-    };
-    let error_of = |pixel: &[f32; 3]| if is_own(pixel) { 0.0 } else { pixel[2].abs() };
-    let mut own = 0u64;
+    let error_of =
+        |pixel: &[f32; 3]| if !on_steps && pixel[2].is_sign_negative() { 0.0 } else { pixel[2].abs() };
     for pixels in gaps() {
         let mut sum = 0.0f64;
         for pixel in pixels {
             let error = f64::from(error_of(pixel) / largest);
             sum += error * error;
-            own += u64::from(is_own(pixel));
         }
         squares.add(sum);
         spread.add(sum * sum);
@@ -268,7 +261,7 @@ pub fn measured<'a>(
         (sum as f64 + sigmas * (squares as f64).sqrt()) / (0.01 * pixels)
     };
     let rms = rms / (f64::from(target.rms) * mean).max(f64::MIN_POSITIVE);
-    Measured { excess: rms.max(least_kept(over)), lit_share, own_share: own as f64 / pixels }
+    Measured { excess: rms.max(least_kept(over)), lit_share }
 }
 
 /// The least multiple at which no more than all that may is `over`, which falls; to a percent, from a 64th to 64.
@@ -307,7 +300,7 @@ mod tests {
     }
 
     fn of(sample: &SpacingSample, target: ErrorTarget) -> f64 {
-        measured([sample].into_iter(), target, 0.0).excess
+        measured([sample].into_iter(), target, true).excess
     }
 
     #[test]
@@ -370,9 +363,9 @@ mod tests {
             sample
         };
         let errors = [0.1f32, 0.7, 1e-3, 0.33, 0.9, 0.017];
-        let whole = measured([&sample(&errors)].into_iter(), TARGET, 0.0);
+        let whole = measured([&sample(&errors)].into_iter(), TARGET, true);
         let parts = [sample(&[0.9, 1e-3, 0.1]), sample(&[0.017, 0.33, 0.7])];
-        assert_eq!(whole, measured(parts.iter(), TARGET, 0.0));
+        assert_eq!(whole, measured(parts.iter(), TARGET, true));
         assert!((whole.lit_share - (0.1 + 0.3 * 2.048 / 6.0)).abs() < 1e-6, "{whole:?}");
     }
 }
