@@ -48,8 +48,8 @@ const MOST_OF_CUTS: f64 = 0.4;
 const FEWER_GAPS_OF_CUTS: usize = 4;
 
 /// Nanoseconds that a slice costs beside its queries, and that a pixel costs where rays are cut: measured, about.
-const SLICE: f64 = 2e4;
-const CUT: f64 = 200.0;
+const SLICE: f64 = 3e4;
+const CUT: f64 = 150.0;
 
 /// Power of the spacing that errors fall with, where no two measurements have told it.
 const POWER: f64 = 0.75;
