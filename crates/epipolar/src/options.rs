@@ -65,12 +65,16 @@ const LEAST_MEASURED_DIAGONAL: f64 = 180.0;
 /// Image diagonal \[pixels\] from which on texels may hide parts of columns, and samples are large.
 const LEAST_LARGE_DIAGONAL: f64 = 400.0;
 
+/// The closest slices that are measured \[pixels\], whatever the level: in the dark a preview may need what a film needs. Coarser,
+/// and rooms whose walls are one sheet missed `preview` and `game`.
+const FINEST: f64 = 0.0625;
+
 /// What the presets aim at, of their level's error: p99 and RMS; what a sample does not know of itself is added there. Not below
 /// film's tolerance, up to which slices may differ: no spacing would keep it, however fine. Pixels of previews share answers,
 /// which the sample does not see; and the farther slices are apart, the fewer gaps make the RMS.
 const fn room(level: Quality) -> [f32; 2] {
     match level {
-        Quality::Preview => [0.5, 0.6],
+        Quality::Preview => [0.65, 0.7],
         Quality::Game => [0.75, 0.65],
         Quality::Film => [0.85, 0.8],
     }
@@ -95,26 +99,29 @@ impl Options {
     /// The preset of a level for images of a size: spacing, tolerance and halvings were chosen on the built-in shots and
     /// on real scenes (README), at 640×480 with 2048² maps and at 1280×960 with 4096² maps.
     pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
-        let (spacing, within, tolerance, halvings, split, factor_error) = match level {
-            Quality::Preview => (8.0, [0.25, 8.0], 0.2, 2, 1.0, 2e-2),
-            Quality::Game => (4.0, [0.125, 4.0], 0.04, 3, 0.5, 6e-3),
-            Quality::Film => (2.0, [0.0625, 4.0], 0.009, 3, 0.0, 2e-3),
+        let ([spacing, widest, of_small], tolerance, halvings, split, factor_error) = match level {
+            Quality::Preview => ([8.0, 8.0, 0.25], 0.08, 3, 1.0, 2e-2),
+            Quality::Game => ([4.0, 4.0, 0.125], 0.04, 3, 0.5, 6e-3),
+            Quality::Film => ([2.0, 4.0, 0.0625], 0.009, 3, 0.0, 2e-3),
         };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
+        // Small images have too few gaps for a sample, and cost little anyway.
+        let measured = diagonal >= LEAST_MEASURED_DIAGONAL;
+        // Slices of small previews are closer than halving them twice would bring others.
+        let (tolerance, halvings) =
+            if level == Quality::Preview && !measured { (0.2, 2) } else { (tolerance, halvings) };
         let is_small = diagonal < LEAST_LARGE_DIAGONAL;
         // Few gaps of a small picture tell less of the others.
         let of_room = if is_small { [0.85, 0.5] } else { [1.0; 2] };
         let aim = |index: usize| room(level)[index] * of_room[index] * level.error() as f32;
         let scale = (diagonal / TUNED_DIAGONAL).clamp(0.125, 1.0);
-        // Small images have too few gaps for a sample, and cost little anyway.
-        let measured = diagonal >= LEAST_MEASURED_DIAGONAL;
         Self {
-            spacing: if measured { scale * spacing } else { within[0] },
+            spacing: if measured { scale * spacing } else { of_small },
             fewest_slices: 400.0,
             target: measured.then(|| ErrorTarget {
                 error: aim(0),
                 rms: aim(1),
-                within: within.map(|spacing| scale * spacing),
+                within: [FINEST, widest].map(|spacing| scale * spacing),
                 confidence: confidence(level),
             }),
             // Small images cost little, and nobody tells them how dark they are.

@@ -105,10 +105,10 @@ static INFO: TechniqueInfo = TechniqueInfo {
                      Strength is one of the f32 factors of a product, three times, and a sum: a few roundings of 6e-8 \
                      each. Lit pixels are the closed form in f32, of a lamp twice the 2.3e-5 that was met",
     },
-    // Shares take 4 bytes a pixel and channel. A worker holds about a kilobyte a pixel beside one slice: at 16 pixels' distance
+    // Shares take 4 bytes a pixel and channel, and where rays are cut before their ends 4 a pixel. A worker holds about a kilobyte a pixel beside one slice: at 16 pixels' distance
     // 50 of a column, so that from 1,024 rows on 96 bytes a pixel of the image suffice; below, the slices and what is left are
     // fixed. Tiles take 8 bytes for 256 texels, and a row runs along the side of a map alone.
-    memory: MemoryBound { fixed: 32 << 20, a_pixel: 96, a_texel: 1 },
+    memory: MemoryBound { fixed: 32 << 20, a_pixel: 100, a_texel: 1 },
     options: &TABLE,
 };
 

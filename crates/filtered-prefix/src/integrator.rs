@@ -128,6 +128,10 @@ impl SliceIntegrator for PrefixIntegrator {
         self.weights.set_up(setup, even, PART_OF_WEIGHTS * tolerance, longest_ray);
     }
 
+    fn leaves_texels_uncut(&self) -> bool {
+        self.options.uncut_columns > 0.0
+    }
+
     fn tiles(&self) -> TileUse {
         if self.own_map.is_filled() { TileUse::Never } else { TileUse::IfWorthwhile }
     }

@@ -153,7 +153,7 @@ static INFO: TechniqueInfo = TechniqueInfo {
         derivation: "with a certificate of 0 all partly lit pixels are integrated exactly over rows in f32; the closed form is one \
                      of f32, of a lamp twice the 2.3e-5 that was met",
     },
-    memory: MemoryBound { fixed: 64 << 20, a_pixel: 128, a_texel: 1 },
+    memory: MemoryBound { fixed: 64 << 20, a_pixel: 132, a_texel: 1 },
     options: &TABLE,
 };
 

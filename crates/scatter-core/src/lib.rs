@@ -123,4 +123,4 @@ pub use texel_walk::{TexelSpan, TexelWalk};
 pub use translucent::{Translucent, TranslucentLayer, TranslucentSource};
 pub use translucent_capture::TranslucentCapture;
 pub use translucent_segment::TranslucentSegment;
-pub use walked_radiance::walked_radiance;
+pub use walked_radiance::{walked_beyond, walked_radiance};

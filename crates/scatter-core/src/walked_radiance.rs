@@ -5,9 +5,10 @@
 
 use glam::DVec3;
 
+use crate::camera::ViewRay;
 use crate::frame::Frame;
 use crate::map_projection::MapRay;
-use crate::ray_layers::lit_stretches;
+use crate::ray_layers::{lit_part, lit_stretches};
 use crate::ray_light::RayLight;
 use crate::shadow_map::{ShadowLayer, ShadowMap};
 use crate::texel_walk::{TexelSpan, TexelWalk};
@@ -47,6 +48,78 @@ pub fn walked_radiance(frame: &Frame<'_>, x: u32, y: u32) -> DVec3 {
         }
     }
     (stretch(0.0, end) - dark).max(DVec3::ZERO)
+}
+
+/// As [`walked_radiance`], of the part of the pixel's ray that lies beyond `from` ≥ 0 alone. O(texels along that part), no heap.
+pub fn walked_beyond(frame: &Frame<'_>, x: u32, y: u32, from: f64) -> DVec3 {
+    let (camera, end) = (frame.camera(), frame.ray_end(x, y));
+    let from = from.min(end);
+    let ray = camera.pixel_ray(x, y);
+    let mut light = None;
+    let mut lit = DVec3::ZERO;
+    let mut add = |a: f64, b: f64| {
+        // Most parts that are asked for are dark.
+        let light =
+            light.get_or_insert_with(|| RayLight::new(frame.light(), frame.medium(), camera.eye(), &ray));
+        match frame.texture() {
+            None => lit += light.interval(a, b),
+            Some(texture) => {
+                texture.pieces(camera.eye(), ray.origin, ray.direction, [a, b], |a, b, colour| {
+                    lit += light.interval(a, b) * DVec3::from(colour.map(f64::from));
+                });
+            }
+        }
+    };
+    let shadow = frame.shadow();
+    let one_map = match shadow {
+        ShadowMap::Orthographic(layer) | ShadowMap::Perspective(layer) => {
+            lit_inside(layer, camera.eye(), &ray, [from, end], &mut add)
+        }
+        _ => None,
+    };
+    if one_map.is_none() {
+        lit_stretches((shadow, frame.setup().maps()), camera.eye(), &ray, [from, end], add);
+    }
+    lit
+}
+
+/// As [`lit_stretches`], of a part of a ray that lies within one map: a few texels cost little more than themselves. `None`, and no
+/// call of `each`, where it does not.
+fn lit_inside(
+    layer: &ShadowLayer<'_>,
+    eye: DVec3,
+    ray: &ViewRay,
+    [from, end]: [f64; 2],
+    each: &mut impl FnMut(f64, f64),
+) -> Option<()> {
+    let path = layer.projection().ray(eye, ray.origin, ray.direction);
+    let is_inside = |t: f64| {
+        let at = path.start + path.step * t;
+        let depth = if layer.projection().is_perspective() { at.z } else { 1.0 };
+        let [width, height] = layer.projection().size().map(f64::from);
+        let is_within = |value: f64, size: f64| value > 0.0 && value < size * depth;
+        depth > 0.0 && is_within(at.x, width) && is_within(at.y, height)
+    };
+    // The map's part of space is convex.
+    if !(is_inside(from) && is_inside(end)) {
+        return None;
+    }
+    let mut open: Option<[f64; 2]> = None;
+    for span in TexelWalk::new(layer.projection(), &path, from, end) {
+        let Some((a, b)) = lit_part(f64::from(layer.at(span.i, span.j)), &path, &span) else { continue };
+        match &mut open {
+            Some([_, end]) if *end == a => *end = b,
+            _ => {
+                if let Some([a, b]) = open.replace([a, b]) {
+                    each(a, b);
+                }
+            }
+        }
+    }
+    if let Some([a, b]) = open {
+        each(a, b);
+    }
+    Some(())
 }
 
 /// The stretch of a span that lies behind the texel's surface.

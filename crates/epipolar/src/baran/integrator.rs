@@ -108,6 +108,10 @@ impl SliceIntegrator for Baran {
         self.fog.is_some() || self.integrand.lamp_error() <= self.settings.factor_error.max(WORST_LAMP_ERROR)
     }
 
+    fn leaves_texels_uncut(&self) -> bool {
+        self.settings.uncut_columns > 0.0
+    }
+
     fn tiles(&self) -> TileUse {
         if self.settings.cells == Cells::Exact { TileUse::IfWorthwhile } else { TileUse::Never }
     }

@@ -6,6 +6,7 @@
 
 mod borders;
 mod light_sums;
+mod near_ends;
 mod pass;
 mod pixels_between;
 mod queries;

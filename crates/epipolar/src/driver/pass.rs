@@ -30,14 +30,29 @@ pub struct SlicePass<'a, I> {
     pub resampling: Resampling,
     /// Which pixels share answers, if any do.
     pub surfaces: Option<Surfaces>,
-    /// Measures gaps instead of filling them, with the light that shares are shares of.
-    pub measures: Option<&'a Unoccluded<'a>>,
+    /// Measures gaps instead of filling them.
+    pub measures: Option<Measuring<'a>>,
+    /// Where the pixels' rays end.
+    pub ends: &'a [f32],
+    /// Whether all texels are cut, whatever the integrator's settings are.
+    pub is_exact: bool,
     /// One column in how many queries.
     pub column_stride: usize,
     /// Channels whose shares differ, 1 or 3.
     pub channels: usize,
     /// Where rays end that are longer.
     pub longest: f32,
+}
+
+/// What is measured of a gap.
+#[derive(Clone, Copy)]
+pub struct Measuring<'a> {
+    /// The light that shares are shares of.
+    pub light: &'a Unoccluded<'a>,
+    /// Whether only what texels hide that are not cut is measured: of the line between two slices.
+    pub cuts_alone: bool,
+    /// From which error on, relative to a pixel's radiance, it is noted whether its ray ends on steps of the map.
+    pub notes_steps: Option<f32>,
 }
 
 /// Buffers of one worker, kept from frame to frame.
@@ -133,7 +148,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
             if has_before {
                 let between = [&slices[index - 1], &slices[index]];
                 match self.measures {
-                    Some(light) => self.measure_gap(fan, between, light, index, worker),
+                    Some(measuring) => self.measure_gap(fan, between, measuring, index, worker),
                     None => self.finish_gap(fan, between, worker),
                 }
             }
@@ -173,7 +188,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         let first = first_column + from as u32;
         let offsets = self.offsets(first_column, from..to, all);
         let shared = self.shared(pixels);
-        let depth = self.scene.frame.depth().texels();
+        let depth = self.ends;
         let Worker { queries, gaps, .. } = worker;
         at_level!(self.scene.simd, {
             let [before, behind] = &mut *gaps;
@@ -194,7 +209,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
                 }
             }
         });
-        self.integrate(slice, fan, [first, first_column + to as u32], worker);
+        self.integrate(slice, fan, [first, first_column + to as u32], self.is_exact, worker);
         let Worker { queries, gaps: [before, behind], .. } = worker;
         at_level!(self.scene.simd, {
             for channel in 0..channels {
@@ -225,8 +240,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
             let (strides, breadth) =
                 if fan.major == Major::X { ([1, width], height) } else { ([width, 1], width) };
             let grid = Grid { first_column: pixels.columns[0], strides };
-            let depth = self.scene.frame.depth().texels();
-            surfaces.find_ends(line, pixels, grid, depth, (breadth, self.longest));
+            surfaces.find_ends(line, pixels, grid, self.ends, (breadth, self.longest));
         }
     }
 
@@ -255,7 +269,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         &self,
         fan: &Fan,
         between: [&Slice; 2],
-        light: &Unoccluded<'_>,
+        measuring: Measuring<'_>,
         index: usize,
         worker: &mut Worker<I::Scratch>,
     ) {
@@ -271,29 +285,47 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         let part = if to > from { ((own - from) / (to - from)).clamp(0.0, 1.0) as f32 } else { 0.5 };
         worker.gaps[0].place_at(part);
         let pixels = std::mem::take(&mut worker.gaps[0]);
-        self.query_all(&line, fan, &pixels, worker);
-        worker.gaps[0] = pixels;
+        self.query_all(&line, fan, &pixels, true, worker);
         for (channel, line) in worker.line.iter_mut().enumerate().take(self.channels) {
             line.clear();
             line.extend_from_slice(worker.queries.shares(channel));
         }
-        // What the pixels would get is written where they are, and overwritten once all of them are filled.
-        self.finish_gap(fan, between, worker);
-        let Worker { gaps: [pixels, _], line, found, sample, .. } = worker;
-        let at = GapPixels { places: pixels.places(), ends: pixels.ends() };
+        if measuring.cuts_alone {
+            self.query_all(&line, fan, &pixels, false, worker);
+            worker.gaps[0] = pixels;
+        } else {
+            // What the pixels would get is written where they are, and overwritten once all of them are filled.
+            worker.gaps[0] = pixels;
+            self.finish_gap(fan, between, worker);
+        }
+        let Worker { gaps: [pixels, _], line, found, queries, sample, .. } = worker;
+        let on_steps = measuring.notes_steps.map(|counts| (self.scene.frame, counts));
+        let at = GapPixels { places: pixels.places(), ends: pixels.ends(), on_steps };
         sample.begin();
         for (channel, line) in line.iter().enumerate().take(self.channels) {
-            pixels.read(self.shares, channel, found);
+            if measuring.cuts_alone {
+                found.clear();
+                found.extend_from_slice(queries.shares(channel));
+            } else {
+                pixels.read(self.shares, channel, found);
+            }
             let weighted_by = (self.channels > 1).then_some(channel);
-            sample.count(self.scene.simd, light, at, weighted_by, (found, line));
+            sample.count(self.scene.simd, measuring.light, at, weighted_by, (found, line));
         }
     }
 
     /// Queries a slice for pixels that come column by column.
-    fn query_all(&self, slice: &Slice, fan: &Fan, pixels: &PixelsBetween, worker: &mut Worker<I::Scratch>) {
+    fn query_all(
+        &self,
+        slice: &Slice,
+        fan: &Fan,
+        pixels: &PixelsBetween,
+        is_exact: bool,
+        worker: &mut Worker<I::Scratch>,
+    ) {
         at_level!(self.scene.simd, worker.queries.take(pixels, self.channels));
         let [first, last] = pixels.span();
-        self.integrate(slice, fan, [first, last + 1], worker);
+        self.integrate(slice, fan, [first, last + 1], is_exact, worker);
     }
 
     /// Writes the shares of the pixels of a gap; returns whether some are left to slices nearer to them.
@@ -319,7 +351,7 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         let channels = self.channels;
         let [a, b] = between;
         let middle = Slice::through(&self.scene.epipole, fan.major, 0.5 * (a.exit + b.exit));
-        self.query_all(&middle, fan, pixels, worker);
+        self.query_all(&middle, fan, pixels, self.is_exact, worker);
         at_level!(self.scene.simd, {
             let shares = [0, 1, 2].map(|channel| worker.queries.shares(channel));
             pixels.halve(fan.major, [a, &middle, b], shares, channels);
@@ -340,7 +372,14 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
     }
 
     /// Has the queries of a slice answered, whose columns count from `columns[0]`.
-    fn integrate(&self, slice: &Slice, fan: &Fan, columns: [u32; 2], worker: &mut Worker<I::Scratch>) {
+    fn integrate(
+        &self,
+        slice: &Slice,
+        fan: &Fan,
+        columns: [u32; 2],
+        is_exact: bool,
+        worker: &mut Worker<I::Scratch>,
+    ) {
         let order = ColumnOrder { columns, ascending: fan.ascending == self.scene.epipole.outward };
         let Worker { scratch, angles, queries, counts, .. } = worker;
         counts.slices += 1;
@@ -348,7 +387,9 @@ impl<I: SliceIntegrator> SlicePass<'_, I> {
         at_level!(self.scene.simd, {
             let slice = SliceView::new(self.scene, *slice, fan.major, order, angles);
             let reach = queries.find_light_rays(slice.light, slice.sines(), slice.cosines());
-            self.integrator.integrate(&slice.up_to(reach), queries, scratch);
+            let slice = slice.up_to(reach);
+            let slice = if is_exact { slice.exactly() } else { slice };
+            self.integrator.integrate(&slice, queries, scratch);
         });
     }
 }

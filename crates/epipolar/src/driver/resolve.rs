@@ -11,6 +11,7 @@ use scatter_core::{
     walked_radiance,
 };
 
+use super::near_ends::NearEnds;
 use super::shares::Shares;
 
 /// Pixels that are resolved side by side.
@@ -25,13 +26,20 @@ pub struct Resolve<'a> {
     shares: Option<(&'a Shares, usize)>,
     /// The unoccluded light.
     light: LightIntegralF32<'a>,
+    /// Where rays are cut up to which shares count.
+    near_ends: Option<&'a NearEnds>,
     simd: Level,
 }
 
 impl<'a> Resolve<'a> {
     /// For a frame whose slices have left their shares, one or three channels.
     pub fn new(frame: &'a Frame<'a>, shares: Option<(&'a Shares, usize)>, simd: Level) -> Self {
-        Self { frame, shares, light: LightIntegralF32::new(frame.setup()), simd }
+        Self { frame, shares, light: LightIntegralF32::new(frame.setup()), near_ends: None, simd }
+    }
+
+    /// Shares are those of rays up to some ends; what lies beyond them is walked.
+    pub fn with_near_ends(self, near_ends: &'a NearEnds) -> Self {
+        Self { near_ends: Some(near_ends), ..self }
     }
 
     /// Fills the image, rows on all threads; returns how many of its pixels no slice had answered.
@@ -57,6 +65,8 @@ impl<'a> Resolve<'a> {
         let first_pixel = y as usize * width;
         let depth = &self.frame.depth().texels()[first_pixel..first_pixel + width];
         let limit = self.frame.max_distance() as f32;
+        let cuts =
+            self.near_ends.and_then(NearEnds::ends).map(|ends| &ends[first_pixel..first_pixel + width]);
         let mut walked = 0;
         for x in (0..width).step_by(LANES) {
             let lanes = LANES.min(width - x);
@@ -82,13 +92,24 @@ impl<'a> Resolve<'a> {
             // Most of an indoor picture: nothing times whatever there would be.
             let mut radiance = [[0.0f32; LANES]; 3];
             if !is_dark {
-                radiance =
-                    self.light.whole_rays(self.simd, self.frame.setup(), (x as u32, y), &ends, &through);
+                let at = (x as u32, y);
+                radiance = match cuts {
+                    None => self.light.whole_rays(self.simd, self.frame.setup(), at, &ends, &through),
+                    Some(cuts) => {
+                        let mut ends = ends;
+                        ends.iter_mut().zip(&cuts[x..]).for_each(|(end, &cut)| *end = end.min(cut));
+                        let through = transmittances_of_pixels_f32(self.frame.setup(), at, &ends);
+                        self.light.whole_rays(self.simd, self.frame.setup(), at, &ends, &through)
+                    }
+                };
                 for (values, shares) in radiance.iter_mut().zip(&shares) {
                     for (value, share) in values.iter_mut().zip(shares) {
                         *value *= share;
                     }
                 }
+            }
+            if let (Some(near_ends), Some(_)) = (self.near_ends, cuts) {
+                near_ends.add_beyond(self.frame, [x as u32, y], lanes, left_out, &mut radiance);
             }
             for lane in 0..lanes {
                 inscattered[x + lane] = std::array::from_fn(|channel| radiance[channel][lane]);

@@ -7,7 +7,8 @@ use scatter_core::{
     Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, Window, parallel, simd_level,
 };
 
-use super::pass::{SlicePass, Worker};
+use super::near_ends::NearEnds;
+use super::pass::{Measuring, SlicePass, Worker};
 use super::refinement::Refinement;
 use super::resampling::Resampling;
 use super::resolve::Resolve;
@@ -15,7 +16,7 @@ use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup, TileUse};
 use super::slice_view::SliceScene;
 use super::spacing::SpacingSearch;
-use super::spacing_sample::{ErrorTarget, Unoccluded, column_stride, measured, stride};
+use super::spacing_sample::{ErrorTarget, Measured, Unoccluded, column_stride, measured, stride};
 use super::surfaces::Surfaces;
 use crate::geometry::{Epipole, FanPixels, Slice, SliceMap, SliceSet};
 use crate::rows::MinMaxTiles;
@@ -39,6 +40,19 @@ const DARK_FLOOR: f32 = 0.01;
 
 /// Shares below are f32's rounding of sums.
 const LEAST_FLOOR: f32 = 1e-6;
+
+/// Largest part of what a target allows that texels may hide which are not cut. It comes on top of what slices miss between them.
+const MOST_OF_CUTS: f64 = 0.4;
+
+/// How many times fewer gaps tell what such texels hide, since that is alike everywhere.
+const FEWER_GAPS_OF_CUTS: usize = 4;
+
+/// Nanoseconds that a slice costs beside its queries, and that a pixel costs where rays are cut: measured, about.
+const SLICE: f64 = 3e4;
+const CUT: f64 = 150.0;
+
+/// Power of the spacing that errors fall with, where no two measurements have told it.
+const POWER: f64 = 0.75;
 
 /// How slices are laid and refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,6 +105,7 @@ pub struct SliceDriver<I: SliceIntegrator> {
     tasks: Vec<(usize, usize)>,
     tiles: MinMaxTiles,
     shares: Shares,
+    near_ends: NearEnds,
     workers: Vec<Worker<I::Scratch>>,
 }
 
@@ -105,6 +120,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             tasks: Vec::new(),
             tiles: MinMaxTiles::default(),
             shares: Shares::default(),
+            near_ends: NearEnds::default(),
             workers: Vec::new(),
         }
     }
@@ -143,7 +159,9 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         };
         clock.lap(&mut stats, "slices");
 
-        let walked = Resolve::new(frame, shadowed.then_some((&self.shares, channels)), self.simd).image(out);
+        let walked = Resolve::new(frame, shadowed.then_some((&self.shares, channels)), self.simd)
+            .with_near_ends(&self.near_ends)
+            .image(out);
         clock.lap(&mut stats, "resolve");
 
         let sum = |count: fn(&Worker<I::Scratch>) -> u64| self.workers.iter().map(count).sum::<u64>();
@@ -209,6 +227,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         let channels = if frame.texture().is_some() { 3 } else { self.integrator.channels() };
         let [width, height] = frame.size().map(|side| side as usize);
         self.shares.clear(width * height, channels);
+        self.near_ends.reserve(width * height);
         self.workers.resize_with(parallel::worker_count(), Worker::default);
         let columns = width.max(height);
         let gap = Worker::<I::Scratch>::most_between([width, height], widest);
@@ -250,22 +269,35 @@ impl<I: SliceIntegrator> SliceDriver<I> {
         (stats, clock): (&mut RenderStats, &mut StageClock),
     ) -> f64 {
         let mut settings = *settings;
+        let mut is_exact = false;
         if let Some(target) = settings.target {
             let light = Unoccluded::new(frame);
+            let notes_steps = Some(target.error);
+            let mut measuring = Measuring { light: &light, cuts_alone: false, notes_steps };
             let mut search = SpacingSearch::new(spacing, [target.within[0], widest]);
+            let mut is_first = true;
             while search.goes_on() {
-                self.workers.iter_mut().for_each(|worker| worker.sample.clear());
-                self.run(
-                    frame,
-                    epipole,
-                    (spacing, channels),
-                    &settings,
-                    Some((&light, target.confidence.gaps)),
-                );
-                let found = measured(self.workers.iter().map(|worker| &worker.sample), target);
+                let of_slices = (spacing, channels);
+                let found = self.measure(frame, epipole, of_slices, &settings, (measuring, is_exact), target);
+                if found.excess > 1.0
+                    && measuring.notes_steps.is_some()
+                    && self.cuts_rays(frame.size(), found, target)
+                {
+                    // Measured anew, since not all that is missed there may lie beyond the cuts.
+                    self.near_ends.find(frame);
+                    measuring.notes_steps = None;
+                    continue;
+                }
                 // In a dark picture errors of less count.
                 let floor = settings.refinement.floor;
                 settings.refinement.floor = floor.min(DARK_FLOOR * found.lit_share as f32).max(LEAST_FLOOR);
+                if is_first && found.excess > 1.0 && self.integrator.leaves_texels_uncut() {
+                    let measuring = Measuring { cuts_alone: true, ..measuring };
+                    let cuts = self.measure(frame, epipole, of_slices, &settings, (measuring, false), target);
+                    // What texels hide that are not cut stays, however close slices are.
+                    is_exact = cuts.excess > MOST_OF_CUTS;
+                }
+                is_first = false;
                 search.learn(found.excess);
                 if search.spacing != spacing {
                     spacing = search.spacing;
@@ -275,18 +307,46 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             }
             clock.lap(stats, "spacing");
         }
-        self.run(frame, epipole, (spacing, channels), &settings, None);
+        self.run(frame, epipole, (spacing, channels), &settings, (None, is_exact));
         spacing
     }
 
-    /// Fills all gaps, or measures a sample of them, with the light that shares are shares of and how many gaps are enough.
+    /// Whether it is worth it to cut rays before they end on steps of the map, by what was measured without it.
+    fn cuts_rays(&self, size: [u32; 2], found: Measured, target: ErrorTarget) -> bool {
+        let [width, height] = size.map(f64::from);
+        let samples = self.workers.iter().map(|worker| &worker.sample);
+        let without = measured(samples, target, false);
+        let slices = self.slices.slices.len() as f64;
+        // Closer slices cost more texels, not more queries.
+        let finer = |excess: f64| excess.max(1.0).powf(1.0 / POWER);
+        let saved = (finer(found.excess) - finer(without.excess)) * slices * SLICE;
+        saved > CUT * width * height
+    }
+
+    /// Measures a sample of gaps against a target.
+    fn measure(
+        &mut self,
+        frame: &Frame<'_>,
+        epipole: Epipole,
+        of_slices: (f64, usize),
+        settings: &SliceSettings,
+        (measuring, is_exact): (Measuring<'_>, bool),
+        target: ErrorTarget,
+    ) -> Measured {
+        self.workers.iter_mut().for_each(|worker| worker.sample.clear());
+        let gaps = target.confidence.gaps / if measuring.cuts_alone { FEWER_GAPS_OF_CUTS } else { 1 };
+        self.run(frame, epipole, of_slices, settings, (Some((measuring, gaps)), is_exact));
+        measured(self.workers.iter().map(|worker| &worker.sample), target, true)
+    }
+
+    /// Fills all gaps, or measures a sample of them: what is measured, and how many gaps are enough.
     fn run(
         &mut self,
         frame: &Frame<'_>,
         epipole: Epipole,
         (spacing, channels): (f64, usize),
         settings: &SliceSettings,
-        measures: Option<(&Unoccluded<'_>, usize)>,
+        (measures, is_exact): (Option<(Measuring<'_>, usize)>, bool),
     ) {
         let longest = self.integrator.longest_ray().min(frame.max_distance()) as f32;
         let pass = SlicePass {
@@ -302,7 +362,9 @@ impl<I: SliceIntegrator> SliceDriver<I> {
                 spacing,
                 &settings.refinement,
             ),
-            measures: measures.map(|(light, _)| light),
+            measures: measures.map(|(measuring, _)| measuring),
+            ends: self.near_ends.or_depth(frame),
+            is_exact,
             column_stride: measures.map_or(1, |_| column_stride(spacing) as usize),
             channels,
             longest,
@@ -332,6 +394,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             self.workers.iter().map(|worker| worker.memory_bytes() + I::scratch_bytes(&worker.scratch));
         let tasks = self.tasks.capacity() * size_of::<(usize, usize)>();
         let tables = self.integrator.memory_bytes() + self.tiles.memory_bytes() + self.shares.memory_bytes();
+        let tables = tables + self.near_ends.memory_bytes();
         (slices + tasks + tables + pixels.chain(workers).sum::<usize>()) as u64
     }
 }

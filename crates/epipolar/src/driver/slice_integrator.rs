@@ -36,6 +36,12 @@ pub trait SliceIntegrator: Send + Sync {
         true
     }
 
+    /// Whether [`Self::integrate`] reads rows whose texels are not all cut, unless a slice is to be
+    /// [exact](SliceView::exactly).
+    fn leaves_texels_uncut(&self) -> bool {
+        false
+    }
+
     /// How [`Self::integrate`] uses the extrema of the map's tiles.
     fn tiles(&self) -> TileUse {
         TileUse::IfWorthwhile

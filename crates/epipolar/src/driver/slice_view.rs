@@ -117,6 +117,7 @@ pub struct SliceView<'a> {
     sines: &'a [f32],
     cosines: &'a [f32],
     reach: f32,
+    is_exact: bool,
 }
 
 impl<'a> SliceView<'a> {
@@ -137,7 +138,7 @@ impl<'a> SliceView<'a> {
         plane.angles(order.columns[0], &mut sines[..count], &mut cosines[..count]);
         let light = SliceLight::of(scene.frame);
         let (sines, cosines) = (&sines[..count], &cosines[..count]);
-        Self { scene, slice, major, order, plane, light, sines, cosines, reach: f32::MAX }
+        Self { scene, slice, major, order, plane, light, sines, cosines, reach: f32::MAX, is_exact: false }
     }
 
     /// The slice through the centre of pixel `(x, y)`, with all columns on its side of the epipole, and the pixel's column;
@@ -169,6 +170,12 @@ impl<'a> SliceView<'a> {
     #[inline(always)]
     pub fn up_to(self, reach: f32) -> Self {
         Self { reach, ..self }
+    }
+
+    /// The same slice, whose texels are all cut where they pass from view ray to view ray: what others are measured against.
+    #[inline(always)]
+    pub fn exactly(self) -> Self {
+        Self { is_exact: true, ..self }
     }
 
     /// The last light ray that is asked for.
@@ -244,10 +251,11 @@ impl<'a> SliceView<'a> {
     ///
     /// Along the slice the row is the map's own visibility: cells end where the line crosses from texel to texel, and a
     /// texel's surface is cut where it passes from one view ray to the next, if it hides more than `uncut_columns` columns
-    /// (0 to 16). Positions are f32: the row is that of an eye moved by less than 1e-6 of the distances (test
+    /// (0 to 16; of a slice that is to be [exact](Self::exactly), 0). Positions are f32: the row is that of an eye moved by less than 1e-6 of the distances (test
     /// `rows_are_the_walk_of_an_eye_moved_by_little`). O(texels in doubt along the slice).
     #[inline(always)]
     pub fn rectify(&self, uncut_columns: f32, row: &mut Row) -> u64 {
+        let uncut_columns = if self.is_exact { 0.0 } else { uncut_columns };
         let settings = RowSettings { columns: self.order.count() as u32, uncut_columns };
         let SliceScene { tiles, simd, .. } = self.scene;
         self.fill_row(row, |row, line, layer| {

@@ -8,6 +8,8 @@
 
 use scatter_core::{Frame, Level, LightIntegralF32, RayLanes, at_level};
 
+use super::near_ends::ends_on_steps;
+
 /// Rays whose light is found side by side.
 const LANES: usize = RayLanes::COUNT;
 
@@ -57,12 +59,14 @@ pub struct Confidence {
 }
 
 /// Pixels of a measured gap: where they are, and how far their rays go.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct GapPixels<'a> {
     /// Indices in the image.
     pub places: &'a [u32],
     /// Where rays end \[world units\].
     pub ends: &'a [f32],
+    /// The frame, if it is asked which of them end on steps of its map, and from which error on, relative to their radiance.
+    pub on_steps: Option<(&'a Frame<'a>, f32)>,
 }
 
 /// The light of a frame where nothing shadows it, which shares are weighted by.
@@ -95,7 +99,8 @@ impl<'a> Unoccluded<'a> {
 /// Pixels of some gaps: what each should get and by how much it is off, one worker's. 12 bytes a pixel and channel.
 #[derive(Debug, Default)]
 pub struct SpacingSample {
-    /// Radiance without shadows, with them, and the error of what was found.
+    /// Radiance without shadows, with them, and the error of what was found: with a minus sign, zero's too, where the pixel's ray ends
+    /// on steps of the map ([`ends_on_steps`]).
     pixels: Vec<[f32; 3]>,
     /// First pixel of each gap.
     gaps: Vec<u32>,
@@ -122,6 +127,13 @@ impl SpacingSample {
         self.gaps.push(self.pixels.len() as u32);
     }
 
+    /// Takes pixels of the gap: radiance without shadows, with them, and its error; and whether its ray ends on steps of the map.
+    pub fn push(&mut self, pixels: impl Iterator<Item = ([f32; 3], bool)>) {
+        self.pixels.extend(pixels.map(|([whole, radiance, error], on_steps)| {
+            [whole, radiance, if on_steps { -error.abs() } else { error.abs() }]
+        }));
+    }
+
     /// Takes what pixels of the gap get in a channel and what they should get, as shares of their light; `None` stands for
     /// all channels.
     #[inline(always)]
@@ -136,15 +148,19 @@ impl SpacingSample {
         let pixels = at.places.chunks(LANES).zip(at.ends.chunks(LANES));
         for ((places, ends), (found, exact)) in pixels.zip(found.chunks(LANES).zip(exact.chunks(LANES))) {
             let radiance = at_level!(simd, light.of(simd, places, ends));
-            for lane in 0..places.len() {
+            self.push((0..places.len()).map(|lane| {
                 let own = match channel {
                     Some(channel) => radiance[channel][lane],
                     None => (radiance[0][lane] + radiance[1][lane] + radiance[2][lane]) / 3.0,
                 };
                 // What is left to be walked is exact.
                 let error = if found[lane] < 0.0 { 0.0 } else { (exact[lane] - found[lane]).abs() };
-                self.pixels.push([own, own * exact[lane], own * error]);
-            }
+                // Of those alone that may count: few are.
+                let on_steps = at.on_steps.is_some_and(|(frame, counts)| {
+                    error > counts * exact[lane] && ends_on_steps(frame, places[lane])
+                });
+                ([own, own * exact[lane], own * error], on_steps)
+            }));
         }
     }
 
@@ -192,30 +208,42 @@ pub struct Measured {
 /// over what is allowed. Both with some standard deviations of what another sample of as many gaps may have
 /// more of: gaps are drawn one by one, so the variance of a sum over gaps is the sum of its squares. The same for any
 /// distribution of gaps over workers.
+///
+/// Without those `on_steps` of the map: as if pixels whose rays end there had no errors.
 pub fn measured<'a>(
     samples: impl Iterator<Item = &'a SpacingSample> + Clone,
     target: ErrorTarget,
+    on_steps: bool,
 ) -> Measured {
     let Confidence { sigmas, .. } = target.confidence;
     let gaps = || samples.clone().flat_map(SpacingSample::gaps);
     // No matter how bright the light is: in units of the brightest pixel.
-    let largest = gaps().flatten().flatten().fold(0.0f32, |largest, &value| largest.max(value));
+    let largest = gaps().flatten().flatten().fold(0.0f32, |largest, &value| largest.max(value.abs()));
     if largest == 0.0 {
         return Measured { excess: 0.0, lit_share: 1.0 };
     }
     let [mut light, mut lit, mut squares, mut spread] = [OrderlessSum::default(); 4];
     let mut count = 0;
     for pixels in gaps() {
-        let mut sums = [0.0f64; 3];
-        for pixel in pixels {
-            let [whole, radiance, error] = pixel.map(|value| f64::from(value / largest));
-            sums = [sums[0] + whole, sums[1] + radiance, sums[2] + error * error];
+        let mut sums = [0.0f64; 2];
+        for &[whole, radiance, _] in pixels {
+            sums = [sums[0] + f64::from(whole / largest), sums[1] + f64::from(radiance / largest)];
         }
         count += pixels.len();
         light.add(sums[0]);
         lit.add(sums[1]);
-        squares.add(sums[2]);
-        spread.add(sums[2] * sums[2]);
+    }
+    let lit_share = (lit.value() / light.value().max(f64::MIN_POSITIVE)).min(1.0);
+    let error_of =
+        |pixel: &[f32; 3]| if !on_steps && pixel[2].is_sign_negative() { 0.0 } else { pixel[2].abs() };
+    for pixels in gaps() {
+        let mut sum = 0.0f64;
+        for pixel in pixels {
+            let error = f64::from(error_of(pixel) / largest);
+            sum += error * error;
+        }
+        squares.add(sum);
+        spread.add(sum * sum);
     }
     let [pixels, mean] = [count as f64, lit.value() / count as f64];
     let rms = ((squares.value() + sigmas * spread.value().sqrt()) / pixels).sqrt();
@@ -225,7 +253,7 @@ pub fn measured<'a>(
         let allowed = (multiple * f64::from(target.error)) as f32;
         let (mut sum, mut squares) = (0u64, 0u64);
         for pixels in gaps() {
-            let is_off = |[_, radiance, error]: &&[f32; 3]| *error > allowed * radiance.max(floor);
+            let is_off = |pixel: &&[f32; 3]| error_of(pixel) > allowed * pixel[1].max(floor);
             let own = pixels.iter().filter(is_off).count();
             sum += own as u64;
             squares += (own * own) as u64;
@@ -233,7 +261,6 @@ pub fn measured<'a>(
         (sum as f64 + sigmas * (squares as f64).sqrt()) / (0.01 * pixels)
     };
     let rms = rms / (f64::from(target.rms) * mean).max(f64::MIN_POSITIVE);
-    let lit_share = (lit.value() / light.value().max(f64::MIN_POSITIVE)).min(1.0);
     Measured { excess: rms.max(least_kept(over)), lit_share }
 }
 
@@ -273,7 +300,7 @@ mod tests {
     }
 
     fn of(sample: &SpacingSample, target: ErrorTarget) -> f64 {
-        measured([sample].into_iter(), target).excess
+        measured([sample].into_iter(), target, true).excess
     }
 
     #[test]
@@ -336,9 +363,9 @@ mod tests {
             sample
         };
         let errors = [0.1f32, 0.7, 1e-3, 0.33, 0.9, 0.017];
-        let whole = measured([&sample(&errors)].into_iter(), TARGET);
+        let whole = measured([&sample(&errors)].into_iter(), TARGET, true);
         let parts = [sample(&[0.9, 1e-3, 0.1]), sample(&[0.017, 0.33, 0.7])];
-        assert_eq!(whole, measured(parts.iter(), TARGET));
+        assert_eq!(whole, measured(parts.iter(), TARGET, true));
         assert!((whole.lit_share - (0.1 + 0.3 * 2.048 / 6.0)).abs() < 1e-6, "{whole:?}");
     }
 }

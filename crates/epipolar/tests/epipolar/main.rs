@@ -16,5 +16,6 @@ mod locate;
 mod min_max_tiles;
 mod row_of_pixel;
 mod rows;
+mod sheet_walls;
 mod slices;
 mod surfaces;
