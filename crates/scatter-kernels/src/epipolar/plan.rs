@@ -18,6 +18,10 @@ const RUN_BYTES: u64 = 8;
 /// to the next within a texel. What is more is not cut so finely, and counted.
 const CUTS_A_COLUMN: u32 = 2;
 
+/// Slices of a frame at the most: more than any preset asks for up to 8192² pixels, but for views of nearly half of all directions,
+/// whose slices cost more than their pixels' own rays.
+const MOST_SLICES: u64 = 1 << 17;
+
 /// Most fans of a frame.
 const MOST_FANS: usize = 12;
 
@@ -92,8 +96,8 @@ impl EpipolarPlan {
     ///
     /// # Errors
     ///
-    /// What WebGPU's guaranteed limits do not hold: maps of more than 8192 texels a side, more slices than their buffer takes (views
-    /// of nearly half of all directions), more answers than theirs (4 bytes a pixel and channel).
+    /// What WebGPU's guaranteed limits do not hold: maps of more than 8192 texels a side, more than 131,072 slices (views of nearly
+    /// half of all directions), more answers than theirs (4 bytes a pixel and channel).
     pub fn rebuild(&mut self, setup: &Setup<'_>, settings: &EpipolarSettings) -> Result<(), TooLarge> {
         let maps = setup.maps().projections();
         let side = setup.maps().largest_side();
@@ -256,6 +260,15 @@ impl EpipolarPlan {
         if self.has_maps {
             let sides = 2.0 * (width + height) as f64 / self.spacing;
             let slices = sides.ceil() as u64 + 4 * MOST_FANS as u64;
+            if slices > MOST_SLICES {
+                return Err(TooLarge {
+                    what: "the image",
+                    needed: slices,
+                    unit: "epipolar slices",
+                    limit: MOST_SLICES,
+                    cure: "give a coarser spacing, fewer slices a radian, or a narrower view",
+                });
+            }
             // Cascades cut each other into two stretches each at the most.
             let lines = 2 * maps.len() as u64;
             let texels: u64 =
@@ -468,6 +481,9 @@ mod tests {
         let settings = EpipolarSettings::default();
         let said = planned([8192, 8192], (64, 1), rgb, settings).unwrap_err().to_string();
         assert!(said.contains("answers") && said.contains("134217728"), "{said}");
+        let many = EpipolarSettings { fewest_slices: 1e6, ..settings };
+        let said = planned([64, 64], (64, 1), rgb, many).unwrap_err().to_string();
+        assert!(said.contains("epipolar slices"), "{said}");
         let said = planned([64, 64], (8193, 1), rgb, settings).unwrap_err().to_string();
         assert!(said.contains("8192 are possible"), "{said}");
     }
