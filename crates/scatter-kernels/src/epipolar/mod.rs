@@ -22,15 +22,17 @@ mod mirror;
 mod modules;
 mod plan;
 mod records;
+mod room;
 mod settings;
 mod slice_records;
 
 pub use factor_tables::{BAND_RATIO, FactorTable, FactorTables, TERMS, prefix_at};
 pub use mirror::{Run, sum_mirror};
 pub use modules::{EDGES, MODULES, RESOLVE_FLOAT, RESOLVE_HALF, ROWS, SUMS, SUMS_RAW};
-pub use plan::{EpipolarCounts, EpipolarPlan, Room};
+pub use plan::{EpipolarCounts, EpipolarPlan};
 pub use records::{
     CHUNK, COLUMNS, EpipolarUniform, GROUPS_A_ROW, MOST_BANDS, SliceData, SliceLine, SliceTask, UNIFORM,
     WHOLE, flags,
 };
+pub use room::Room;
 pub use settings::EpipolarSettings;
