@@ -20,7 +20,7 @@ static TABLE: OptionTable<EpipolarSettings> = OptionTable {
             "spacing",
             "distance of slices",
             "pixels",
-            OptionRange::Real([1.0 / 64.0, 16.0]),
+            OptionRange::Real([1.0 / 256.0, 16.0]),
             spacing as f64
         ),
         option_row!(

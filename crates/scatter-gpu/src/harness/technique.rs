@@ -4,6 +4,7 @@ use scatter_core::{
     Capabilities, DepthEncoding, Frame, RenderError, RenderStats, ScatterImage, StageClock, Unsupported,
     VolumetricShadow,
 };
+use scatter_kernels::plan::MOST_SIDE;
 use scatter_kernels::{GpuFrame, ShadowDepth};
 
 use super::device::HarnessDevice;
@@ -73,6 +74,12 @@ impl GpuTechnique {
     }
 
     fn try_render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, String> {
+        let maps = frame.shadow().layers().map(|layer| layer.projection().size());
+        let glass = frame.texture().map(|glass| glass.projection().size());
+        let sizes = [frame.size()].into_iter().chain(maps).chain(glass);
+        if let Some(side) = sizes.flatten().find(|&side| side > MOST_SIDE) {
+            return Err(format!("a texture of {side} texels a side; give at most {MOST_SIDE}"));
+        }
         let device = HarnessDevice::shared().map_err(|none| format!("no GPU: {none}"))?;
         let mut stats = RenderStats::default();
         let mut clock = StageClock::start();
