@@ -96,6 +96,14 @@ impl EpipolarPlan {
         Ok(())
     }
 
+    /// What is too large of a frame, without planning it.
+    pub fn check(setup: &Setup<'_>, settings: &EpipolarSettings) -> Result<(), TooLarge> {
+        let channels = if setup.medium().is_grey() { 1 } else { 3 };
+        let spacing = spacing_for(setup, settings);
+        Room::of(setup.size(), setup.maps().projections(), (spacing, settings.batch_bytes), (channels, 0))
+            .map(drop)
+    }
+
     /// Distributes slices, and writes what the passes read of them.
     fn lay(&mut self, setup: &Setup<'_>) {
         let camera = setup.camera();
