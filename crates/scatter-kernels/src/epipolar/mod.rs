@@ -14,7 +14,7 @@
 //! Prefixes are `round(2²⁹·∫Γ/max)` a term, so that sums telescope: a ray that sees all lit gets exactly its own prefix, one that
 //! sees nothing 0, and any order of threads gives the same bits. The CPU twin is the crate `epipolar`, of which geometry, lines,
 //! bands and factors are taken as they are. Departures from it: slices are even (no measured spacing, no halving, no shared
-//! answers); integers; at most four terms; rows have room for two runs a texel column and two a pixel column, beyond which texels are
+//! answers); integers; at most four terms; rows have room for two runs a texel column, two a pixel column and 256 more, beyond which texels are
 //! not cut; answers are added in fixed point.
 
 mod factor_tables;

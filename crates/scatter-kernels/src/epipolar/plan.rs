@@ -7,7 +7,7 @@ use scatter_core::{Setup, Window};
 
 use super::factor_tables::{BAND_RATIO, FactorTables, TERMS};
 use super::records::{EpipolarUniform, GROUPS_A_ROW, MOST_BANDS, SliceData, SliceLine, SliceTask};
-use super::room::{CUTS_A_COLUMN, RUN_BYTES, Room};
+use super::room::{CUTS_A_COLUMN, CUTS_A_ROW, RUN_BYTES, Room};
 use super::settings::{COARSEST_SPACING, EpipolarSettings, FINEST_SPACING};
 use super::slice_records::{FanColumns, border_bits, cut_tasks, fixed_border, largest_sine, too_near};
 use crate::plan::{MOST_SIDE, TooLarge};
@@ -142,7 +142,7 @@ impl EpipolarPlan {
                 record.border = border.unwrap_or_default();
                 let inside = columns.inside(line, 2.0 * self.spacing + 2.0);
                 record.first_line = self.lines.len() as u32;
-                record.room = 2 + CUTS_A_COLUMN * record.column_count;
+                record.room = 2 + CUTS_A_ROW + CUTS_A_COLUMN * record.column_count;
                 if inside[0] < inside[1] {
                     // A little farther: γ is an f32.
                     let reach = longest * largest_sine(&plane, columns.first(), inside) * (1.0 + 1e-5);

@@ -36,6 +36,9 @@ pub(super) const RUN_BYTES: u64 = 8;
 /// to the next within a texel. What is more is not cut so finely, and counted.
 pub(super) const CUTS_A_COLUMN: u32 = 2;
 
+/// And as many in any row: a coarse map beside a small image cuts each of its few texels at most columns.
+pub(super) const CUTS_A_ROW: u32 = 256;
+
 /// Slices of a frame at the most: more than any preset asks for up to 8192² pixels, but for views of nearly half of all directions,
 /// whose slices cost more than their pixels' own rays.
 const MOST_SLICES: u64 = 1 << 17;
@@ -75,7 +78,7 @@ impl Room {
             let lines = 2 * maps.len() as u64;
             let texels: u64 =
                 maps.iter().map(|map| u64::from(*map.size().iter().max().unwrap_or(&0)) + 4).sum();
-            let row = 4 + u64::from(CUTS_A_COLUMN) * longest + 2 * texels + lines;
+            let row = 4 + u64::from(CUTS_A_ROW) + u64::from(CUTS_A_COLUMN) * longest + 2 * texels + lines;
             let tasks = slices * (longest.div_ceil(COLUMNS.into()) + 2 * MOST_BANDS as u64);
             let batch = (batch_bytes / RUN_BYTES).max(2 * row);
             let batches = if slices * row <= batch {
