@@ -76,8 +76,8 @@ fn every_built_in_shot_is_what_the_cpu_says() {
             let [rel_rmse, p99] = match id {
                 MARCH_GPU_ID => [MOST_TIPPED, MOST_OF_MOST_PIXELS],
                 MINMAX_GPU_ID => [MOST; 2],
-                // The level that it was configured for.
-                _ => [LEVEL.error(); 2],
+                // The level that it was configured for; of its RMSE a fifth, beside which a picture a column aside is another one.
+                _ => [0.2 * LEVEL.error(), LEVEL.error()],
             };
             let line = format!(
                 "{} {id}: rel_rmse {:.1e} of {rel_rmse:.0e}, p99 {:.1e} of {p99:.0e}",

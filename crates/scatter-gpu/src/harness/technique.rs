@@ -4,6 +4,8 @@ use scatter_core::{
     Capabilities, DepthEncoding, Frame, RenderError, RenderStats, ScatterImage, StageClock, Unsupported,
     VolumetricShadow,
 };
+use scatter_kernels::epipolar::EpipolarPlan;
+use scatter_kernels::plan::MOST_SIDE;
 use scatter_kernels::{GpuFrame, ShadowDepth};
 
 use super::device::HarnessDevice;
@@ -141,6 +143,22 @@ impl VolumetricShadow for GpuTechnique {
 
     fn capabilities(&self) -> Capabilities {
         capabilities::of(self.technique)
+    }
+
+    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
+        self.capabilities().check(frame)?;
+        let maps = frame.shadow().layers().map(|layer| layer.projection().size());
+        let glass = frame.texture().map(|glass| glass.projection().size());
+        let sizes = [frame.size()].into_iter().chain(maps).chain(glass);
+        if let Some(side) = sizes.flatten().find(|&side| side > MOST_SIDE) {
+            let reason = format!("a texture of {side} texels a side; give at most {MOST_SIDE}");
+            return Err(Unsupported { reason: reason.into() });
+        }
+        match &self.technique {
+            Technique::Epipolar(settings) => EpipolarPlan::check(frame.setup(), settings)
+                .map_err(|large| Unsupported { reason: large.to_string().into() }),
+            Technique::RayMarch { .. } | Technique::MinmaxMipmap => Ok(()),
+        }
     }
 
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {

@@ -70,6 +70,14 @@ fn images_are_the_cpu_twins_and_come_to_the_exact_walks_as_slices_come_closer() 
     frames.push(("a column", OwnedFrame::stock(MapKind::Orthographic, [1, 65], 63, NOISE)));
     frames.push(("into the sun", along_the_sun(MapKind::Orthographic, -1.0)));
     frames.push(("away from the sun", along_the_sun(MapKind::Cascades, 1.0)));
+    let mut across = along_the_sun(MapKind::Orthographic, -1.0);
+    let Light::Directional(sun) = &across.light else { panic!("a sun") };
+    let (eye, up) =
+        (across.camera.eye(), 0.8 * sun.direction().any_orthonormal_vector() - 0.6 * sun.direction());
+    let target = eye + sun.direction().cross(up);
+    across.camera =
+        Camera::perspective(eye.to_array(), target.to_array(), up.to_array(), 50.0, [31, 33]).unwrap();
+    frames.push(("the epipole at infinity", across));
     let mut coloured = OwnedFrame::stock(MapKind::Cascades, [37, 21], 64, NOISE);
     coloured.medium = coloured_medium();
     frames.push(("coloured", coloured));

@@ -14,7 +14,7 @@
 //! Prefixes are `round(2²⁹·∫Γ/max)` a term, so that sums telescope: a ray that sees all lit gets exactly its own prefix, one that
 //! sees nothing 0, and any order of threads gives the same bits. The CPU twin is the crate `epipolar`, of which geometry, lines,
 //! bands and factors are taken as they are. Departures from it: slices are even (no measured spacing, no halving, no shared
-//! answers); integers; at most four terms; rows have room for two runs a texel column and two a pixel column, beyond which texels are
+//! answers); integers; at most four terms; rows have room for two runs a texel column, two a pixel column and 256 more, beyond which texels are
 //! not cut; answers are added in fixed point.
 
 mod factor_tables;
@@ -22,15 +22,17 @@ mod mirror;
 mod modules;
 mod plan;
 mod records;
+mod room;
 mod settings;
 mod slice_records;
 
 pub use factor_tables::{BAND_RATIO, FactorTable, FactorTables, TERMS, prefix_at};
 pub use mirror::{Run, sum_mirror};
 pub use modules::{EDGES, MODULES, RESOLVE_FLOAT, RESOLVE_HALF, ROWS, SUMS, SUMS_RAW};
-pub use plan::{EpipolarCounts, EpipolarPlan, Room};
+pub use plan::{EpipolarCounts, EpipolarPlan};
 pub use records::{
     CHUNK, COLUMNS, EpipolarUniform, GROUPS_A_ROW, MOST_BANDS, SliceData, SliceLine, SliceTask, UNIFORM,
     WHOLE, flags,
 };
+pub use room::Room;
 pub use settings::EpipolarSettings;

@@ -7,19 +7,10 @@ use scatter_core::{Setup, Window};
 
 use super::factor_tables::{BAND_RATIO, FactorTables, TERMS};
 use super::records::{EpipolarUniform, GROUPS_A_ROW, MOST_BANDS, SliceData, SliceLine, SliceTask};
+use super::room::{CUTS_A_COLUMN, CUTS_A_ROW, RUN_BYTES, Room};
 use super::settings::{COARSEST_SPACING, EpipolarSettings, FINEST_SPACING};
 use super::slice_records::{FanColumns, border_bits, cut_tasks, fixed_border, largest_sine, too_near};
-use crate::plan::{MOST_BINDING_BYTES, MOST_SIDE, TooLarge};
-
-/// Bytes of a run: its start and who sees it.
-const RUN_BYTES: u64 = 8;
-
-/// Runs beyond two a texel column that a row has room for: so many a column of the slice, for surfaces that pass from one view ray
-/// to the next within a texel. What is more is not cut so finely, and counted.
-const CUTS_A_COLUMN: u32 = 2;
-
-/// Most fans of a frame.
-const MOST_FANS: usize = 12;
+use crate::plan::{MOST_SIDE, TooLarge};
 
 /// The plan of a frame. Buffers are reused: a frame of the same size and settings allocates nothing.
 #[derive(Debug, Clone, Default)]
@@ -39,29 +30,6 @@ pub struct EpipolarPlan {
     has_maps: bool,
     has_fog: bool,
     channels: u32,
-}
-
-/// Bytes of the buffers: of any frame of the size, wherever its epipole is, so that none grows while a camera moves.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Room {
-    /// Slices.
-    pub slices: u64,
-    /// Their lines.
-    pub lines: u64,
-    /// Rows of a batch.
-    pub rows: u64,
-    /// Tasks.
-    pub tasks: u64,
-    /// Pixels of fans' columns.
-    pub ranges: u64,
-    /// Tables of factors.
-    pub nodes: u64,
-    /// Answers.
-    pub answers: u64,
-    /// Uniforms of the batches.
-    pub uniforms: u64,
-    /// Most batches.
-    pub batches: u64,
 }
 
 /// What a frame does, counted from the plan.
@@ -92,8 +60,8 @@ impl EpipolarPlan {
     ///
     /// # Errors
     ///
-    /// What WebGPU's guaranteed limits do not hold: maps of more than 8192 texels a side, more slices than their buffer takes (views
-    /// of nearly half of all directions), more answers than theirs (4 bytes a pixel and channel).
+    /// What WebGPU's guaranteed limits do not hold: maps of more than 8192 texels a side, more than 131,072 slices (views of nearly
+    /// half of all directions), more answers than theirs (4 bytes a pixel and channel).
     pub fn rebuild(&mut self, setup: &Setup<'_>, settings: &EpipolarSettings) -> Result<(), TooLarge> {
         let maps = setup.maps().projections();
         let side = setup.maps().largest_side();
@@ -112,7 +80,8 @@ impl EpipolarPlan {
         self.channels = if setup.medium().is_grey() { 1 } else { 3 };
         self.factors.rebuild(setup.medium(), setup.max_distance(), settings.factor_error);
         self.spacing = spacing_for(setup, settings);
-        self.room = self.room_for(setup, settings.batch_bytes)?;
+        let nodes = self.factors.channels().iter().map(|table| table.nodes.len() as u64).sum();
+        self.room = Room::of(self.size, maps, (self.spacing, settings.batch_bytes), (self.channels, nodes))?;
         self.records.clear();
         self.lines.clear();
         self.tasks.clear();
@@ -125,6 +94,14 @@ impl EpipolarPlan {
             self.uniforms.push(uniform);
         }
         Ok(())
+    }
+
+    /// What is too large of a frame, without planning it.
+    pub fn check(setup: &Setup<'_>, settings: &EpipolarSettings) -> Result<(), TooLarge> {
+        let channels = if setup.medium().is_grey() { 1 } else { 3 };
+        let spacing = spacing_for(setup, settings);
+        Room::of(setup.size(), setup.maps().projections(), (spacing, settings.batch_bytes), (channels, 0))
+            .map(drop)
     }
 
     /// Distributes slices, and writes what the passes read of them.
@@ -165,7 +142,7 @@ impl EpipolarPlan {
                 record.border = border.unwrap_or_default();
                 let inside = columns.inside(line, 2.0 * self.spacing + 2.0);
                 record.first_line = self.lines.len() as u32;
-                record.room = 2 + CUTS_A_COLUMN * record.column_count;
+                record.room = 2 + CUTS_A_ROW + CUTS_A_COLUMN * record.column_count;
                 if inside[0] < inside[1] {
                     // A little farther: γ is an f32.
                     let reach = longest * largest_sine(&plane, columns.first(), inside) * (1.0 + 1e-5);
@@ -241,64 +218,6 @@ impl EpipolarPlan {
         if self.has_fog { farthest } else { self.factors.longest().min(farthest) }
     }
 
-    /// Room for any frame of the size, or what is too large of it.
-    fn room_for(&self, setup: &Setup<'_>, batch_bytes: u64) -> Result<Room, TooLarge> {
-        let [width, height] = self.size.map(u64::from);
-        let longest = width.max(height);
-        let maps = setup.maps().projections();
-        let channels = u64::from(self.channels);
-        let bytes = |count: u64, size: usize| (count * size as u64).max(16);
-        let mut room = Room {
-            answers: bytes(width * height * channels, 4),
-            uniforms: bytes(1, size_of::<EpipolarUniform>()),
-            ..Room::default()
-        };
-        if self.has_maps {
-            let sides = 2.0 * (width + height) as f64 / self.spacing;
-            let slices = sides.ceil() as u64 + 4 * MOST_FANS as u64;
-            // Cascades cut each other into two stretches each at the most.
-            let lines = 2 * maps.len() as u64;
-            let texels: u64 =
-                maps.iter().map(|map| u64::from(*map.size().iter().max().unwrap_or(&0)) + 4).sum();
-            let row = 4 + u64::from(CUTS_A_COLUMN) * longest + 2 * texels + lines;
-            let tasks = slices * (longest.div_ceil(super::records::COLUMNS.into()) + 2 * MOST_BANDS as u64);
-            let batch = (batch_bytes / RUN_BYTES).max(2 * row);
-            let batches = if slices * row <= batch {
-                1
-            } else {
-                (slices * row).div_ceil(batch.saturating_sub(row).max(1))
-            };
-            let nodes: usize = self.factors.channels().iter().map(|table| table.nodes.len()).sum();
-            room = Room {
-                slices: bytes(slices, size_of::<SliceData>()),
-                lines: bytes(slices * lines, size_of::<SliceLine>()),
-                rows: bytes((slices * row).min(batch), RUN_BYTES as usize),
-                tasks: bytes(tasks, size_of::<SliceTask>()),
-                ranges: bytes(MOST_FANS as u64 * longest, 8),
-                nodes: bytes(nodes as u64, 4 * TERMS),
-                uniforms: bytes(batches, size_of::<EpipolarUniform>()),
-                batches,
-                ..room
-            };
-        }
-        for (what, needed) in [
-            ("the slices of the image", room.slices.max(room.lines).max(room.tasks)),
-            ("the answers of the slices", room.answers),
-            ("the uniforms of the batches of slices", room.uniforms),
-        ] {
-            if needed > MOST_BINDING_BYTES {
-                return Err(TooLarge {
-                    what,
-                    needed,
-                    unit: "bytes",
-                    limit: MOST_BINDING_BYTES,
-                    cure: "give a smaller image, a coarser spacing, or a narrower view",
-                });
-            }
-        }
-        Ok(room)
-    }
-
     /// Bytes of the buffers.
     pub fn room(&self) -> &Room {
         &self.room
@@ -368,7 +287,6 @@ impl EpipolarPlan {
         let pixels = self.size.map(u64::from).iter().product::<u64>();
         let asks = if self.has_maps { 2 * pixels } else { 0 };
         let full: u64 = self.tasks.iter().map(|task| u64::from(self.records[task.slice as usize].room)).sum();
-        let Room { slices, lines, rows, tasks, ranges, nodes, answers, uniforms, .. } = self.room;
         let written = size_of_val(&self.records[..])
             + size_of_val(&self.lines[..])
             + size_of_val(&self.tasks[..])
@@ -384,7 +302,7 @@ impl EpipolarPlan {
             answer_atomics: asks * channels,
             most_sum_atomics: if self.has_fog { 0 } else { 8 * full * channels },
             written_bytes: written as u64,
-            memory_bytes: slices + lines + rows + tasks + ranges + nodes + answers + uniforms,
+            memory_bytes: self.room.bytes(),
         }
     }
 }
@@ -409,6 +327,7 @@ fn spacing_for(setup: &Setup<'_>, settings: &EpipolarSettings) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::MOST_BINDING_BYTES;
     use scatter_core::{Camera, Light, MapKind, MapLayout, MapProjection, Medium, Phase, Quality};
 
     fn planned(
@@ -468,6 +387,9 @@ mod tests {
         let settings = EpipolarSettings::default();
         let said = planned([8192, 8192], (64, 1), rgb, settings).unwrap_err().to_string();
         assert!(said.contains("answers") && said.contains("134217728"), "{said}");
+        let many = EpipolarSettings { fewest_slices: 1e6, ..settings };
+        let said = planned([64, 64], (64, 1), rgb, many).unwrap_err().to_string();
+        assert!(said.contains("epipolar slices"), "{said}");
         let said = planned([64, 64], (8193, 1), rgb, settings).unwrap_err().to_string();
         assert!(said.contains("8192 are possible"), "{said}");
     }

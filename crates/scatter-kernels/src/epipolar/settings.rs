@@ -7,7 +7,7 @@ use crate::plan::MOST_BINDING_BYTES;
 /// Settings of a view that renders by `epipolar`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EpipolarSettings {
-    /// Distance of slices \[camera pixels\], 1/64 to 16. They are even: nothing is refined.
+    /// Distance of slices \[camera pixels\], 1/256 to 16. They are even: nothing is refined.
     pub spacing: f64,
     /// Slices a radian of the image's middle, at least: what lies between two slices is a part of the view.
     pub fewest_slices: f64,
@@ -23,11 +23,11 @@ const BATCH_BYTES: u64 = 64 << 20;
 /// Image diagonal \[pixels\] at which a level's spacing is stated: 1280×960, as of the CPU's presets.
 const TUNED_DIAGONAL: f64 = 1600.0;
 
-/// Image diagonal \[pixels\] below which a film's slices are twice as close.
+/// Image diagonal \[pixels\] below which slices are twice as close.
 const LEAST_LARGE_DIAGONAL: f64 = 400.0;
 
 /// Finest spacing \[pixels\]. A finer one would ask for more slices than pixels are worth.
-pub(super) const FINEST_SPACING: f64 = 1.0 / 64.0;
+pub(super) const FINEST_SPACING: f64 = 1.0 / 256.0;
 
 /// Coarsest spacing \[pixels\].
 pub(super) const COARSEST_SPACING: f64 = 16.0;
@@ -50,8 +50,7 @@ impl EpipolarSettings {
         };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
         // In a small picture few pixels are a hundredth of it.
-        let is_small = diagonal < LEAST_LARGE_DIAGONAL && level == Quality::Film;
-        let spacing = if is_small { 0.5 * spacing } else { spacing };
+        let spacing = if diagonal < LEAST_LARGE_DIAGONAL { 0.5 * spacing } else { spacing };
         let scale = (diagonal / TUNED_DIAGONAL).min(1.0);
         let spacing = (spacing * scale).clamp(FINEST_SPACING, COARSEST_SPACING);
         Self { spacing, fewest_slices: 400.0, factor_error, batch_bytes: BATCH_BYTES }
@@ -61,7 +60,7 @@ impl EpipolarSettings {
     pub fn check(&self) -> Result<(), String> {
         let Self { spacing, fewest_slices, factor_error, batch_bytes } = *self;
         if !(FINEST_SPACING..=COARSEST_SPACING).contains(&spacing) {
-            return Err(format!("a spacing of {spacing} pixels; give 1/64 to 16"));
+            return Err(format!("a spacing of {spacing} pixels; give 1/256 to 16"));
         }
         if !(fewest_slices > 0.0 && fewest_slices <= 1e6) {
             return Err(format!("at least {fewest_slices} slices a radian; give more than 0, at most 1e6"));
