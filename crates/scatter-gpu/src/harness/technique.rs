@@ -4,6 +4,7 @@ use scatter_core::{
     Capabilities, DepthEncoding, Frame, RenderError, RenderStats, ScatterImage, StageClock, Unsupported,
     VolumetricShadow,
 };
+use scatter_kernels::plan::MOST_SIDE;
 use scatter_kernels::{GpuFrame, ShadowDepth};
 
 use super::device::HarnessDevice;
@@ -139,9 +140,27 @@ impl VolumetricShadow for GpuTechnique {
         capabilities::of(self.technique)
     }
 
+    fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
+        self.capabilities().check(frame)?;
+        fits(frame)
+    }
+
     fn render(&mut self, frame: &Frame<'_>, out: &mut ScatterImage) -> Result<RenderStats, RenderError> {
         self.supports(frame)?;
         self.try_render(frame, out)
             .map_err(|reason| RenderError::Unsupported(Unsupported { reason: reason.into() }))
+    }
+}
+
+/// Whether the frame's textures are as small as WebGPU guarantees.
+fn fits(frame: &Frame<'_>) -> Result<(), Unsupported> {
+    let maps = frame.shadow().layers().map(|layer| layer.projection().size());
+    let glass = frame.texture().map(|glass| glass.projection().size());
+    let sides = maps.chain(glass).chain([frame.size()]).flatten();
+    match sides.max() {
+        Some(side) if side > MOST_SIDE => Err(Unsupported {
+            reason: format!("an image or a map of {side} texels a side; give at most {MOST_SIDE}").into(),
+        }),
+        _ => Ok(()),
     }
 }
