@@ -44,6 +44,7 @@ struct FrameUniform {
     // Sun: the way the light travels. Lamp: position, radius.
     light: vec4<f32>,
     // RGB irradiance or intensity times the exposure.
+    moment: array<vec4<f32>, 6>,
     strength: vec4<f32>,
     // Spot: axis, cosine of the outer angle.
     cone: vec4<f32>,
@@ -99,6 +100,8 @@ struct Ray {
     direction: vec3<f32>,
     // Length of a unit of s: s is the depth along a perspective camera's axis, or the way along a parallel camera's rays.
     stretch: f32,
+    // A lamp's position relative to the start × the direction: its length is the ray's distance from the lamp.
+    moment: vec3<f32>,
 }
 
 // The way of a unit of s of the ray through a place of the image, which counts from the reference pixel.
@@ -112,6 +115,11 @@ fn pixel_ray(pixel: vec2<u32>) -> Ray {
     var ray: Ray;
     ray.stretch = length(way);
     ray.direction = way / ray.stretch;
+    // The first sum is exact in any order, fused or not (frame_setup.rs), so that rays which all but meet the lamp keep their
+    // digits, too.
+    let exact = frame.moment[0].xyz + p.x * frame.moment[1].xyz + p.y * frame.moment[2].xyz;
+    let rest = frame.moment[3].xyz + p.x * frame.moment[4].xyz + p.y * frame.moment[5].xyz;
+    ray.moment = (exact + rest) / ray.stretch;
     ray.origin = frame.origin[0].xyz + p.x * frame.origin[1].xyz + p.y * frame.origin[2].xyz;
     return ray;
 }

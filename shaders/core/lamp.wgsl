@@ -14,9 +14,10 @@ fn lamp_along(ray: Ray) -> LampAlong {
     let to_lamp = frame.light.xyz - ray.origin;
     var lamp: LampAlong;
     lamp.closest = dot(to_lamp, ray.direction);
-    let foot = ray.direction * lamp.closest - to_lamp;
+    // direction * closest - to_lamp, without its cancellation.
+    let foot = cross(ray.moment, ray.direction);
     // Where a ray passes closer it is taken at that distance, in the lamp's own direction.
-    let distance = length(foot);
+    let distance = length(ray.moment);
     lamp.h = max(max(distance, frame.light.w), 1e-6 * length(to_lamp));
     lamp.along = dot(frame.cone.xyz, ray.direction);
     lamp.across = dot(frame.cone.xyz, foot) / lamp.h;

@@ -92,7 +92,8 @@ fn march_sun(pixel: vec2<u32>, ray: Ray, fog: FogAlong, end: f32, seed: u32) -> 
         let steep = abs(fog.slope) * width;
         let along = width * phi(min(steep, FARTHEST));
         let densest = fog.log_density - fog.slope * select(window.y, window.x, fog.slope > 0.0);
-        let unit_depth = sigma * min(exp(min(densest + log(max(along, 1e-30)), 41.0)), 1e6);
+        // A weak medium may be dense here by many orders: only the product is bounded.
+        let unit_depth = min(sigma * exp(min(densest + log(max(along, 1e-30)), 41.0)), vec3<f32>(1e6));
         var through = vec3<f32>(1.0);
         for (var i = 0u; i < steps; i++) {
             let from_densest = select(f32(steps - 1u - i), f32(i), fog.slope > 0.0);

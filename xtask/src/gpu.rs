@@ -67,6 +67,14 @@ pub fn emulated(techniques: &[&dyn Technique]) -> Vec<&'static str> {
     on_gpu.collect()
 }
 
+/// Makes what is made once, which belongs to no technique's first frame.
+pub fn warm_up() {
+    #[cfg(feature = "gpu")]
+    if let Ok(device) = scatter_gpu::harness::HarnessDevice::shared() {
+        device.gpu.warm_up();
+    }
+}
+
 /// What the GPU's techniques run on, or why they cannot.
 pub fn adapter() -> Result<String, String> {
     #[cfg(feature = "gpu")]

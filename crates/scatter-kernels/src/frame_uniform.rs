@@ -38,7 +38,7 @@ pub struct PhaseTerm {
     pub kind: [f32; 4],
 }
 
-/// Everything: `FrameUniform`, 4,672 bytes.
+/// Everything: `FrameUniform`, 4,768 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct FrameUniform {
@@ -60,6 +60,9 @@ pub struct FrameUniform {
     pub depth_more: [f32; 4],
     /// Sun: the way the light travels. Lamp: position relative to the eye, radius.
     pub light: [f32; 4],
+    /// Lamp: position × way of a unit of s, at the reference pixel, a column's, a row's: numbers whose sums over an image are
+    /// exact, then what they leave over.
+    pub moment: [[f32; 4]; 6],
     /// RGB irradiance or intensity times the exposure.
     pub strength: [f32; 4],
     /// Spot: axis, cosine of the outer angle.

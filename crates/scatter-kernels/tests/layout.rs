@@ -49,8 +49,8 @@ fn layout_of(text: &str) -> Result<(), String> {
     same!(
         FrameUniform,
         [
-            image, kinds, counts, direction, origin, reference, depth, depth_more, light, strength, cone,
-            cone_more, sigma_t, fog, phases, glass, maps
+            image, kinds, counts, direction, origin, reference, depth, depth_more, light, moment, strength,
+            cone, cone_more, sigma_t, fog, phases, glass, maps
         ]
     );
     Ok(())

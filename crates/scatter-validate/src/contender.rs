@@ -44,6 +44,11 @@ impl<'a> Contender<'a> {
         !matches!(self, Self::Technique(_))
     }
 
+    /// Whether it runs on other hardware through a driver: such ids say where after an `@`.
+    pub fn is_on_device(&self) -> bool {
+        self.id().contains('@')
+    }
+
     /// The options of the finest rung.
     pub fn finest(&self) -> Vec<(&'static str, String)> {
         self.technique().ladder().pop().unwrap_or_default()

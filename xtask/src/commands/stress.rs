@@ -28,6 +28,7 @@ pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {
             Ok(adapter) => stderr_line(&format!("gpu: {adapter}")),
             Err(none) => return Ok(skipped(&none, &ids)),
         }
+        gpu::warm_up();
     }
     let contenders = contenders(&ids, flags.on.device)?;
     if let Some(folder) = &flags.report {

@@ -147,13 +147,7 @@ impl VolumetricShadow for GpuTechnique {
 
     fn supports(&self, frame: &Frame<'_>) -> Result<(), Unsupported> {
         self.capabilities().check(frame)?;
-        let maps = frame.shadow().layers().map(|layer| layer.projection().size());
-        let glass = frame.texture().map(|glass| glass.projection().size());
-        let sizes = [frame.size()].into_iter().chain(maps).chain(glass);
-        if let Some(side) = sizes.flatten().find(|&side| side > MOST_SIDE) {
-            let reason = format!("a texture of {side} texels a side; give at most {MOST_SIDE}");
-            return Err(Unsupported { reason: reason.into() });
-        }
+        fits(frame)?;
         match &self.technique {
             Technique::Epipolar(settings) => EpipolarPlan::check(frame.setup(), settings)
                 .map_err(|large| Unsupported { reason: large.to_string().into() }),
@@ -165,5 +159,18 @@ impl VolumetricShadow for GpuTechnique {
         self.supports(frame)?;
         self.try_render(frame, out)
             .map_err(|reason| RenderError::Unsupported(Unsupported { reason: reason.into() }))
+    }
+}
+
+/// Whether the frame's textures are as small as WebGPU guarantees.
+fn fits(frame: &Frame<'_>) -> Result<(), Unsupported> {
+    let maps = frame.shadow().layers().map(|layer| layer.projection().size());
+    let glass = frame.texture().map(|glass| glass.projection().size());
+    let sides = maps.chain(glass).chain([frame.size()]).flatten();
+    match sides.max() {
+        Some(side) if side > MOST_SIDE => Err(Unsupported {
+            reason: format!("an image or a map of {side} texels a side; give at most {MOST_SIDE}").into(),
+        }),
+        _ => Ok(()),
     }
 }

@@ -13,6 +13,9 @@ pub fn check(contender: &Contender<'_>) -> Result<(), Broken> {
     if allocations_of_this_thread().is_none() {
         return Err(Broken::NotRun("this program does not count its allocations".into()));
     }
+    if contender.is_on_device() {
+        return Err(Broken::NotRun("its driver allocates for every command buffer".into()));
+    }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build()
