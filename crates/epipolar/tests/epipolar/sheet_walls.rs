@@ -59,11 +59,12 @@ fn p99(found: &[[f64; 3]], truth: &[[f64; 3]]) -> f64 {
     errors[(0.99 * (errors.len() - 1) as f64).ceil() as usize]
 }
 
-/// Without cut rays and with the least spacings of before, `preview` and `game` missed their levels by 2.6 and 7 times here.
+/// Without cut rays, and with slices a quarter of the preset's scale apart at the closest: 0.24, 0.060 and 0.013 in the uniform medium,
+/// 0.14 and 0.046 in fog.
 #[test]
 fn presets_keep_their_level_where_the_dark_ends_on_steps_of_the_map() {
     let size = [331, 247];
-    let uniform = room(size, [701, 677]);
+    let uniform = room(size, [2003, 1987]);
     let falloff = HeightFalloff::new([0.0, 1.0, 0.0], -1.0, 1.5).unwrap();
     let fog = OwnedFrame { medium: uniform.medium.clone().with_height_falloff(falloff), ..uniform.clone() };
     for (name, frame, levels) in
