@@ -101,6 +101,8 @@ impl Configurable for Epipolar {
     }
 
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {
-        [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625].map(|spacing| vec![("spacing", spacing)]).into()
+        [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.015625]
+            .map(|spacing| vec![("spacing", spacing)])
+            .into()
     }
 }
