@@ -75,7 +75,7 @@ fn presets_keep_their_level_where_the_dark_ends_on_steps_of_the_map() {
             let found = values(&frame.render(&mut Epipolar::new(Options::for_quality(level, size))));
             let p99 = p99(&found, &truth);
             println!("{name}, {level}: p99 {p99:.5} of {}", level.error());
-            assert!(p99 <= f64::from(level.error()), "{name}, {level}: {p99}");
+            assert!(p99 <= level.error(), "{name}, {level}: {p99}");
         }
     }
 }
