@@ -34,6 +34,6 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
             answers[channel * epipolar.counts.w + other.y * frame.image.x + other.x] = 0u;
         }
     }
-    light *= sun_scattering(ray.direction);
+    light *= sun_scattering(image_direction(id.xy));
     write_pixel(id.xy, light * frame.strength.xyz, transmittance_to(fog, distance), distance);
 }
