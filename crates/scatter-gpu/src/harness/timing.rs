@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use scatter_core::{DepthEncoding, Frame, VolumetricShadow};
+use scatter_core::{DepthEncoding, Frame, Quality, VolumetricShadow};
+use scatter_kernels::epipolar::EpipolarSettings;
 use scatter_kernels::{GpuFrame, ShadowDepth};
 
 use super::device::HarnessDevice;
@@ -12,13 +13,16 @@ use crate::inputs::Inputs;
 use crate::technique::Technique;
 use crate::view::{Output, Timing, View, ViewOptions};
 
-/// What is timed for reports: a name and the technique, for images of `_size`.
-pub fn timed(_size: [u32; 2]) -> Vec<(&'static str, Technique)> {
+/// What is timed for reports: a name and the technique, for images of a size.
+pub fn timed(size: [u32; 2]) -> Vec<(&'static str, Technique)> {
+    let slices = |level| Technique::Epipolar(EpipolarSettings::for_quality(level, size));
     let march = |steps| Technique::RayMarch { steps, jitter: None, uniform: false };
     vec![
         ("raymarch@gpu, 64 steps", march(64)),
         ("raymarch@gpu, 1024 steps", march(1024)),
         ("minmax-mipmap@gpu", Technique::MinmaxMipmap),
+        ("epipolar@gpu, game", slices(Quality::Game)),
+        ("epipolar@gpu, film", slices(Quality::Film)),
     ]
 }
 
