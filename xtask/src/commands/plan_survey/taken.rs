@@ -30,10 +30,12 @@ impl Taken {
         repeat: u32,
     ) -> anyhow::Result<Option<Self>> {
         let shot = judged.shot();
-        let start = Instant::now();
-        let plan = shot.with_frame(0, shot.camera(), |frame| plan(frame, budget, machine))?;
+        let (plan, elapsed) = shot.with_frame(0, shot.camera(), |frame| {
+            let start = Instant::now();
+            (plan(frame, budget, machine), start.elapsed())
+        })?;
         let plan = plan.with_context(|| shot.name().to_string())?;
-        let plan_ms = start.elapsed().as_secs_f64() * 1e3;
+        let plan_ms = elapsed.as_secs_f64() * 1e3;
         let overrides: Vec<_> = plan.overrides.iter().map(|(key, value)| (*key, value.as_str())).collect();
         let setting = match (plan.target, overrides.as_slice()) {
             (Target::Quality(level), []) => level.to_string(),
