@@ -1,6 +1,9 @@
 //! Which adapter renders: the best one, or one by its number or a part of its name.
 
-use super::device::NoAdapter;
+/// No driver, or none that gives a device.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct NoAdapter(pub String);
 
 /// All adapters, in the order of their numbers.
 pub fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {

@@ -4,17 +4,12 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use scatter_kernels::modules::Module;
 
-use super::adapter;
+use super::adapter::{NoAdapter, chosen};
 use crate::error::GpuError;
 use crate::gpu::{Gpu, GpuOptions};
 
 /// The adapter of the shared device, where one was asked for.
 static ASKED: OnceLock<String> = OnceLock::new();
-
-/// No driver, or none that gives a device.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct NoAdapter(pub String);
 
 /// A device with no features and WebGPU's default limits.
 #[derive(Debug)]
@@ -57,7 +52,7 @@ impl HarnessDevice {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
         // Without DEBUG: old layers reject the source language in naga's debug information.
         descriptor.flags = wgpu::InstanceFlags::VALIDATION;
-        let adapter = adapter::chosen(&wgpu::Instance::new(descriptor), asked)?;
+        let adapter = chosen(&wgpu::Instance::new(descriptor), asked)?;
         let descriptor =
             wgpu::DeviceDescriptor { required_features: adapter.features() & wanted, ..Default::default() };
         let (device, queue) =

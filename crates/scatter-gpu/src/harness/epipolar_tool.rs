@@ -6,7 +6,7 @@ use scatter_core::{
 };
 use scatter_kernels::epipolar::EpipolarSettings;
 
-use super::technique::{EPIPOLAR_GPU_ID, GpuTechnique};
+use super::technique::{EPIPOLAR_GPU_ID, GpuTechnique, NOT_MODELLED};
 use crate::capabilities;
 use crate::technique::Technique;
 
@@ -97,7 +97,7 @@ impl Configurable for Epipolar {
     }
 
     fn predict(&self, _options: &EpipolarSettings, _outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
-        Err(NoEstimate::because(super::tool::NOT_MODELLED))
+        Err(NoEstimate::because(NOT_MODELLED))
     }
 
     fn rungs(&self) -> Vec<Vec<(&'static str, f64)>> {

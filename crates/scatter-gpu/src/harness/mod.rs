@@ -9,8 +9,8 @@ mod technique;
 mod timing;
 mod tool;
 
-pub use adapter::adapter_names;
-pub use device::{Bound, HarnessDevice, NoAdapter};
+pub use adapter::{NoAdapter, adapter_names};
+pub use device::{Bound, HarnessDevice};
 pub use functions::{FunctionCheck, check_functions, functions_module};
 pub use technique::{EPIPOLAR_GPU_ID, GpuTechnique, MARCH_GPU_ID, MINMAX_GPU_ID};
 pub use timing::{FrameTimes, PassTime, timed};

@@ -23,6 +23,9 @@ pub const MINMAX_GPU_ID: &str = "minmax-mipmap@gpu";
 /// The id of epipolar slices on the GPU.
 pub const EPIPOLAR_GPU_ID: &str = "epipolar@gpu";
 
+/// Why a planner learns nothing of such a technique's time.
+pub(super) const NOT_MODELLED: &str = "nobody has measured its time on a card yet";
+
 /// A technique on the process's shared device ([`HarnessDevice::shared`]).
 #[derive(Debug)]
 pub struct GpuTechnique {

@@ -6,7 +6,7 @@ use scatter_core::{
 };
 
 use super::epipolar_tool::Epipolar;
-use super::technique::{GpuTechnique, MARCH_GPU_ID, MINMAX_GPU_ID};
+use super::technique::{GpuTechnique, MARCH_GPU_ID, MINMAX_GPU_ID, NOT_MODELLED};
 use crate::capabilities;
 use crate::technique::Technique;
 
@@ -17,9 +17,6 @@ pub static TECHNIQUES: &[&dyn scatter_core::Technique] = &[&March, &MinMax, &Epi
 pub fn technique(id: &str) -> Option<&'static dyn scatter_core::Technique> {
     TECHNIQUES.iter().copied().find(|technique| technique.info().id == id)
 }
-
-/// Why a planner learns nothing of a technique's time.
-pub(super) const NOT_MODELLED: &str = "nobody has measured its time on a card yet";
 
 struct March;
 struct MinMax;
