@@ -26,6 +26,8 @@ pub struct Pass {
     pub groups: [u32; 3],
     /// Texel loads, counted; 0 where they depend on the scene.
     pub loads: u64,
+    /// Atomic additions to storage: one an answer of a slice, channel and pixel. Those of counters are left out.
+    pub atomics: u64,
     /// Which of several uniforms that follow each other in a technique's own (binding 9) it reads.
     pub batch: u32,
 }
@@ -75,8 +77,15 @@ impl Plan {
         let image = size.map(|side| side.div_ceil(scale));
         let module: &'static Module = if float { &modules::MARCH_FLOAT } else { &modules::MARCH_HALF };
         let loads = u64::from(image[0]) * u64::from(image[1]) * u64::from(steps);
-        let march =
-            Pass { name: "march", module, entry: &module.entries[0], groups: tiles(image), loads, batch: 0 };
+        let march = Pass {
+            name: "march",
+            module,
+            entry: &module.entries[0],
+            groups: tiles(image),
+            loads,
+            atomics: 0,
+            batch: 0,
+        };
         Self { passes: vec![Self::distance(size, samples), march], buffers: Vec::new() }
     }
 
@@ -89,6 +98,7 @@ impl Plan {
             entry: &module.entries[0],
             groups,
             loads,
+            atomics: 0,
             batch: 0,
         };
         let [low, high] = minmax::EXTREMA;
@@ -110,7 +120,7 @@ impl Plan {
 
     /// `epipolar` of a planned frame: rows and sums of each batch of slices, one after the other. Passes and buffers are those of any
     /// frame of the size; batches that the frame does not have are passes without workgroups. Of a row's texel columns one load is
-    /// counted, of which those that cross a border take two.
+    /// counted, of which those that cross a border take two. Loads and atomics of all batches stand with the first.
     pub fn epipolar(frame: &EpipolarPlan, size: [u32; 2], scale: u32, samples: u32, float: bool) -> Self {
         let pass = |name, module: &'static Module, groups, loads, batch| Pass {
             name,
@@ -118,6 +128,7 @@ impl Plan {
             entry: &module.entries[0],
             groups,
             loads,
+            atomics: 0,
             batch,
         };
         let mut passes = vec![Self::distance(size, samples)];
@@ -128,7 +139,8 @@ impl Plan {
             passes.push(pass("rows", &epipolar::ROWS, rows, columns, batch));
             let (name, module): (_, &'static Module) =
                 if frame.has_fog() { ("edges", &epipolar::EDGES) } else { ("sums", &epipolar::SUMS) };
-            passes.push(pass(name, module, sums, 0, batch));
+            let atomics = if batch == 0 { frame.counts().answer_atomics } else { 0 };
+            passes.push(Pass { atomics, ..pass(name, module, sums, 0, batch) });
         }
         let resolve: &'static Module = if float { &epipolar::RESOLVE_FLOAT } else { &epipolar::RESOLVE_HALF };
         passes.push(pass("resolve", resolve, tiles(size.map(|side| side.div_ceil(scale))), 0, 0));
@@ -159,7 +171,15 @@ impl Plan {
         let module: &'static Module =
             if samples > 1 { &modules::DISTANCE_MULTISAMPLED } else { &modules::DISTANCE };
         let loads = u64::from(size[0]) * u64::from(size[1]) * u64::from(samples);
-        Pass { name: "distance", module, entry: &module.entries[0], groups: tiles(size), loads, batch: 0 }
+        Pass {
+            name: "distance",
+            module,
+            entry: &module.entries[0],
+            groups: tiles(size),
+            loads,
+            atomics: 0,
+            batch: 0,
+        }
     }
 
     /// Bytes of all buffers.

@@ -130,6 +130,7 @@ impl GpuTechnique {
         let plan = view.plan(frame.size(), 1);
         stats.counts.push("workgroups", plan.workgroups());
         stats.counts.push("texel loads", plan.passes.iter().map(|pass| pass.loads).sum());
+        stats.counts.push("atomics", plan.passes.iter().map(|pass| pass.atomics).sum());
         stats.memory_bytes = view.memory_bytes();
         Ok(stats)
     }

@@ -52,6 +52,8 @@ pub struct PassTime {
     pub workgroups: u64,
     /// Texels that it loads, counted from the plan; 0 where that depends on the scene.
     pub loads: u64,
+    /// Atomic additions to storage, counted from the plan.
+    pub atomics: u64,
 }
 
 impl GpuTechnique {
@@ -116,6 +118,7 @@ impl GpuTechnique {
             ms: median(stamped.iter().filter_map(|run| run.get(index).copied()).collect()),
             workgroups: pass.groups.iter().map(|&n| u64::from(n)).product(),
             loads: pass.loads,
+            atomics: pass.atomics,
         });
         let status = view.status().map(|buffer| device.read_buffer(buffer));
         Ok(FrameTimes {

@@ -75,7 +75,7 @@ fn times(text: &mut String, report: &Report) {
     };
     let _ = writeln!(
         text,
-        "\ntimes in ms, medians ({how}); loads as the plan counts them, - where the scene decides"
+        "\ntimes in ms, medians ({how}); loads and atomic additions as the plan counts them, loads - where the scene decides"
     );
     let shown = |ms: Option<f64>| match ms {
         None => "-".to_string(),
@@ -93,11 +93,12 @@ fn times(text: &mut String, report: &Report) {
             let loads = if pass.loads == 0 { "-".to_string() } else { pass.loads.to_string() };
             let _ = writeln!(
                 text,
-                "    {:<16}{:>12}{:>10} workgroups{:>14} loads",
+                "    {:<16}{:>12}{:>10} workgroups{:>14} loads{:>12} atomics",
                 pass.name,
                 shown(pass.ms),
                 pass.workgroups,
-                loads
+                loads,
+                pass.atomics
             );
         }
         let _ = writeln!(

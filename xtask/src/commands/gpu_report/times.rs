@@ -50,6 +50,8 @@ pub struct TimedPass {
     pub workgroups: u64,
     /// Texel loads that the plan counts; 0 where they depend on the scene.
     pub loads: u64,
+    /// Atomic additions to storage that the plan counts.
+    pub atomics: u64,
 }
 
 impl TimedFrame {
@@ -115,6 +117,7 @@ impl TimedFrame {
                     ms: pass.ms,
                     workgroups: pass.workgroups,
                     loads: pass.loads,
+                    atomics: pass.atomics,
                 })
                 .collect(),
             ..self
