@@ -15,7 +15,7 @@ use super::resolve::Resolve;
 use super::shares::Shares;
 use super::slice_integrator::{SliceIntegrator, SliceRoom, SliceSetup, TileUse};
 use super::slice_view::SliceScene;
-use super::spacing::SpacingSearch;
+use super::spacing::{POWER, SpacingSearch};
 use super::spacing_sample::{ErrorTarget, Measured, Unoccluded, column_stride, measured, stride};
 use super::surfaces::Surfaces;
 use crate::geometry::{Epipole, FanPixels, Slice, SliceMap, SliceSet};
@@ -51,9 +51,6 @@ const FEWER_GAPS_OF_CUTS: usize = 4;
 /// which only decide between two ways that both keep the level.
 const SLICE: f64 = 3e4;
 const CUT: f64 = 150.0;
-
-/// Power of the spacing that errors fall with, where no two measurements have told it.
-const POWER: f64 = 0.75;
 
 /// How slices are laid and refined.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,9 @@
 //! The search for how far apart slices may be: the widest spacing whose measured error ([`measured`](super::measured)) keeps a
 //! target, found in a few measurements.
 
+/// Power of the spacing that errors fall with, before two measurements tell it.
+pub const POWER: f64 = 0.75;
+
 /// The search for the widest spacing that keeps an error target.
 #[derive(Debug, Clone, Copy)]
 pub struct SpacingSearch {
@@ -33,8 +36,7 @@ impl SpacingSearch {
     pub fn learn(&mut self, excess: f64) {
         /// What is aimed at between two measurements, of what is allowed.
         const WITH_ROOM: f64 = 0.8;
-        /// The power before two measurements tell it, and within what they are believed.
-        const POWER: f64 = 0.75;
+        /// Powers within which two measurements are believed.
         const POWERS: [f64; 2] = [0.5, 1.5];
         if excess > 1.0 {
             self.goes_on = self.spacing > self.finest;

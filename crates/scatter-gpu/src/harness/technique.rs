@@ -89,22 +89,9 @@ impl GpuTechnique {
             none => none.insert(View::new(&device.gpu, options).map_err(|error| error.to_string())?),
         };
         let Some(textures) = &self.textures else { return Err("nothing was uploaded".into()) };
-        let shadow: Vec<_> = (0..frame.shadow().layer_count() as u32).map(ShadowDepth::linear).collect();
-        let [width, height] = frame.size();
-        let viewport = [0, 0, width, height];
-        let gpu_frame = GpuFrame {
-            setup: *frame.setup(),
-            depth: DepthEncoding::AlongRay,
-            shadow: &shadow,
-            exposure: 1.0,
-        };
-        let inputs = Inputs {
-            depth: &textures.depth,
-            depth_layer: 0,
-            viewport,
-            shadow: (!shadow.is_empty()).then_some(&textures.shadow),
-            glass: frame.texture().map(|_| &textures.glass),
-        };
+        let shadow = linear_layers(frame);
+        let (gpu_frame, inputs) = textures.engine_frame(frame, &shadow);
+        let viewport = inputs.viewport;
         let mut encoder = device.device.create_command_encoder(&Default::default());
         device.validated(|| {
             view.prepare(&device.queue, &gpu_frame, viewport)?;
@@ -133,6 +120,32 @@ impl GpuTechnique {
         stats.counts.push("atomics", plan.passes.iter().map(|pass| pass.atomics).sum());
         stats.memory_bytes = view.memory_bytes();
         Ok(stats)
+    }
+}
+
+/// What the uploaded maps hold: linear depths, a map a layer.
+pub(super) fn linear_layers(frame: &Frame<'_>) -> Vec<ShadowDepth> {
+    (0..frame.shadow().layer_count() as u32).map(ShadowDepth::linear).collect()
+}
+
+impl Textures {
+    /// The frame and its textures as an engine hands them over.
+    pub(super) fn engine_frame<'a>(
+        &'a self,
+        frame: &Frame<'a>,
+        shadow: &'a [ShadowDepth],
+    ) -> (GpuFrame<'a>, Inputs<'a>) {
+        let [width, height] = frame.size();
+        let gpu_frame =
+            GpuFrame { setup: *frame.setup(), depth: DepthEncoding::AlongRay, shadow, exposure: 1.0 };
+        let inputs = Inputs {
+            depth: &self.depth,
+            depth_layer: 0,
+            viewport: [0, 0, width, height],
+            shadow: (!shadow.is_empty()).then_some(&self.shadow),
+            glass: frame.texture().map(|_| &self.glass),
+        };
+        (gpu_frame, inputs)
     }
 }
 

@@ -2,14 +2,12 @@
 
 use std::time::Instant;
 
-use scatter_core::{DepthEncoding, Frame, Quality, VolumetricShadow};
+use scatter_core::{Frame, Quality, VolumetricShadow};
 use scatter_kernels::epipolar::EpipolarSettings;
-use scatter_kernels::{GpuFrame, ShadowDepth};
 
 use super::device::HarnessDevice;
-use super::technique::GpuTechnique;
+use super::technique::{GpuTechnique, linear_layers};
 use crate::error::GpuError;
-use crate::inputs::Inputs;
 use crate::technique::Technique;
 use crate::view::{Output, Timing, View, ViewOptions};
 
@@ -70,22 +68,9 @@ impl GpuTechnique {
         let Some(textures) = &self.textures else { return Err(GpuError::Order("nothing was uploaded")) };
         let options = ViewOptions { technique: self.technique, output: Output::Rgba16Float, scale: 1 };
         let mut view = View::new(&device.gpu, options)?;
-        let shadow: Vec<_> = (0..frame.shadow().layer_count() as u32).map(ShadowDepth::linear).collect();
-        let [width, height] = frame.size();
-        let viewport = [0, 0, width, height];
-        let gpu_frame = GpuFrame {
-            setup: *frame.setup(),
-            depth: DepthEncoding::AlongRay,
-            shadow: &shadow,
-            exposure: 1.0,
-        };
-        let inputs = Inputs {
-            depth: &textures.depth,
-            depth_layer: 0,
-            viewport,
-            shadow: (!shadow.is_empty()).then_some(&textures.shadow),
-            glass: frame.texture().map(|_| &textures.glass),
-        };
+        let shadow = linear_layers(frame);
+        let (gpu_frame, inputs) = textures.engine_frame(frame, &shadow);
+        let viewport = inputs.viewport;
         let mut stamps: Option<Stamps> = None;
         let (mut prepared, mut submitted, mut stamped) = (Vec::new(), Vec::new(), Vec::new());
         for run in 0..=runs {
