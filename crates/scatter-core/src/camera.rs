@@ -267,6 +267,16 @@ impl Camera {
         let window = Window { left: left + dx, right: right + dx, bottom: bottom + dy, top: top + dy };
         Self { window, ..self.clone() }
     }
+
+    /// The camera of `count` ≥ 1 columns of its image from `first` on, whose pixels are those of this one; columns may lie beyond
+    /// its borders.
+    pub fn of_columns(&self, first: i32, count: u32) -> Self {
+        let Self { window: Window { left, right, .. }, size: [width, height], .. } = *self;
+        let column = (right - left) / f64::from(width);
+        let [from, to] = [f64::from(first), f64::from(first) + f64::from(count.max(1))];
+        let window = Window { left: left + column * from, right: left + column * to, ..self.window };
+        Self { window, size: [count.max(1), height], ..self.clone() }
+    }
 }
 
 impl Window {
@@ -319,6 +329,17 @@ mod tests {
         let camera = camera();
         let (a, b) = (camera.shifted(1.0, -2.0).ray(4.0, 9.0), camera.ray(5.0, 7.0));
         assert!((a.direction - b.direction).length() < 1e-15);
+    }
+
+    #[test]
+    fn columns_of_an_image_are_its_pixels_inside_and_beyond() {
+        let camera = camera();
+        let part = camera.of_columns(60, 16);
+        assert_eq!(part.size(), [16, 41]);
+        for x in [0.5, 7.0, 15.5] {
+            let (a, b) = (part.ray(x, 9.25), camera.ray(60.0 + x, 9.25));
+            assert!((a.direction - b.direction).length() < 1e-15);
+        }
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub mod contender;
 pub mod mutants;
 pub mod stress;
 
+mod beyond_border;
 pub mod staged_shot;
 
 pub mod measure;

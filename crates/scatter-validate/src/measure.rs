@@ -1,7 +1,7 @@
 //! Runs one technique on one staged shot: the image, the time in the middle of several runs, what it counted.
 //!
 //! The image is that of the shot's own camera. Timed frames differ from it and from each other, the camera moving by
-//! a pixel, so that nothing is gained by keeping answers. Several lights are several passes that add up.
+//! a pixel ([`StagedShot::with_timed_frame`]), so that nothing is gained by keeping answers. Several lights are several passes that add up.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -147,7 +147,7 @@ pub fn measure(shot: &StagedShot, renderer: &mut Renderer<'_>, repeat: u32) -> R
 }
 
 /// Wall-clock `total` and each stage \[ms\] of the run in the middle, over the frames with these numbers (frame n is
-/// seen by the shot's camera moved by n pixels; `out` holds the last one). What renders should be warm: [`measure`]
+/// seen by the shot's camera moved by n pixels, and so is its depth map; `out` holds the last one). What renders should be warm: [`measure`]
 /// leaves it so.
 pub fn timed(
     shot: &StagedShot,
@@ -175,7 +175,6 @@ fn run(
     frame: u32,
     out: &mut ScatterImage,
 ) -> Result<Run, StageError> {
-    let camera = shot.camera().shifted(f64::from(frame), 0.0);
     let mut run = Run::default();
     let mut pass = ScatterImage::new();
     for index in 0..shot.light_count() {
@@ -183,7 +182,7 @@ fn run(
         let method = technique.id();
         // The first light renders into `out` itself: with one light nothing is copied or allocated.
         let target = if index == 0 { &mut *out } else { &mut pass };
-        let result = shot.with_frame(index, &camera, |frame| {
+        let result = shot.with_timed_frame(index, frame, |frame| {
             let start = Instant::now();
             technique.render(frame, target).map(|stats| (stats, start.elapsed().as_secs_f64() * 1e3))
         })?;

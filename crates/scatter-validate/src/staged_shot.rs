@@ -1,6 +1,6 @@
 //! A shot made ready to be measured: its triangles in a caster, its maps cast once, its frames lent to techniques.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use scatter_core::{
@@ -11,6 +11,8 @@ use scatter_scene::{
     CasterError, MapError, MapResolution, MapSource, OwnedTexture, RasterDevice, RasterError, RasterScene,
     SceneCaster, Shot, ShotMaps,
 };
+
+use crate::beyond_border::BeyondBorder;
 
 /// A shot whose maps are made.
 #[derive(Debug)]
@@ -25,6 +27,8 @@ pub struct StagedShot {
     raster: Option<RasterScene>,
     resolution: MapResolution,
     maps_ms: f64,
+    /// What moved cameras see beside the picture, once one has moved.
+    beyond: OnceLock<BeyondBorder>,
 }
 
 #[derive(Debug)]
@@ -122,7 +126,19 @@ impl StagedShot {
             .into_iter()
             .map(|part| StagedLight { light: part.light, texture: part.texture, maps: None })
             .collect();
-        Ok(Self { name, camera, medium, max_distance, lights, caster, raster, resolution, maps_ms: 0.0 })
+        let beyond = OnceLock::new();
+        Ok(Self {
+            name,
+            camera,
+            medium,
+            max_distance,
+            lights,
+            caster,
+            raster,
+            resolution,
+            maps_ms: 0.0,
+            beyond,
+        })
     }
 
     /// Moves the camera and the lights (as many as there are, in their order), and makes maps of a resolution
@@ -140,7 +156,16 @@ impl StagedShot {
         self.make_maps()
     }
 
+    /// What makes the maps.
+    fn source(&self) -> &dyn MapSource {
+        match &self.raster {
+            Some(raster) => raster,
+            None => &*self.caster,
+        }
+    }
+
     fn make_maps(&mut self) -> Result<(), StageError> {
+        self.beyond = OnceLock::new();
         let source: &dyn MapSource = match &self.raster {
             Some(raster) => raster,
             None => &*self.caster,
@@ -227,25 +252,69 @@ impl StagedShot {
         camera: &Camera,
         visit: impl FnOnce(&Frame<'_>) -> R,
     ) -> Result<R, StageError> {
+        let own = self.lights[index].maps.as_ref().map(ShotMaps::depth);
+        self.with_depth(index, camera, own, visit)
+    }
+
+    /// Lends the frame of light `index` that a timed loop shows as number `frame`: 0 is the shot's own; the camera of the
+    /// others has moved to the right by up to sixteen pixels, a pixel a frame and then from the first again, and the depth map is
+    /// what it sees.
+    pub fn with_timed_frame<R>(
+        &self,
+        index: usize,
+        frame: u32,
+        visit: impl FnOnce(&Frame<'_>) -> R,
+    ) -> Result<R, StageError> {
+        let columns = BeyondBorder::columns_of(frame);
+        let camera = self.camera.shifted(f64::from(columns), 0.0);
+        let own = self.lights[index].maps.as_ref().map(ShotMaps::depth);
+        let moved = match own {
+            Some(own) if columns > 0 => {
+                Some(self.beyond()?.moved(own, self.camera.size()[0] as usize, columns))
+            }
+            _ => None,
+        };
+        self.with_depth(index, &camera, moved.as_deref().or(own), visit)
+    }
+
+    /// What moved cameras see beside the picture.
+    fn beyond(&self) -> Result<&BeyondBorder, StageError> {
+        if let Some(beyond) = self.beyond.get() {
+            return Ok(beyond);
+        }
+        let beyond = BeyondBorder::of(self.source(), &self.camera)
+            .map_err(|source| StageError::Maps { shot: self.name.clone(), source })?;
+        Ok(self.beyond.get_or_init(|| beyond))
+    }
+
+    fn with_depth<R>(
+        &self,
+        index: usize,
+        camera: &Camera,
+        depth: Option<&[f32]>,
+        visit: impl FnOnce(&Frame<'_>) -> R,
+    ) -> Result<R, StageError> {
         let wrong = |source| StageError::Model { shot: self.name.clone(), source };
         let part = &self.lights[index];
         let texture = part.texture.as_ref().map(OwnedTexture::as_light_texture);
         let [width, height] = camera.size();
         let endless;
         let mut layers = Vec::new();
-        let (depth, shadow) = match &part.maps {
-            Some(maps) => (maps.depth_map().map_err(wrong)?, maps.shadow_map(&mut layers).map_err(wrong)?),
+        let depth = match depth {
+            Some(depth) => depth,
             None => {
                 endless = vec![f32::INFINITY; width as usize * height as usize];
-                (DepthMap::new(&endless, camera.size()).map_err(wrong)?, ShadowMap::Unshadowed)
+                &endless
             }
+        };
+        let depth = DepthMap::new(depth, camera.size()).map_err(wrong)?;
+        let shadow = match &part.maps {
+            Some(maps) => maps.shadow_map(&mut layers).map_err(wrong)?,
+            None => ShadowMap::Unshadowed,
         };
         let frame = Frame::new(camera, depth, &part.light, &shadow, &self.medium, self.max_distance)
             .map_err(wrong)?
-            .with_map_source(match &self.raster {
-                Some(raster) => raster,
-                None => &*self.caster as &dyn MapSource,
-            });
+            .with_map_source(self.source());
         // Smoke and hair of the scene, for whoever dims light by them; all others refuse the frame.
         let translucent = self.caster.occluders().map(|occluders| Translucent::Source(occluders));
         let frame = match &translucent {
