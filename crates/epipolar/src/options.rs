@@ -100,9 +100,9 @@ impl Options {
     /// on real scenes (README), at 640×480 with 2048² maps and at 1280×960 with 4096² maps.
     pub fn for_quality(level: Quality, size: [u32; 2]) -> Self {
         let ([spacing, widest, of_small], tolerance, halvings, split, factor_error) = match level {
-            Quality::Preview => ([8.0, 8.0, 0.25], 0.08, 3, 1.0, 2e-2),
-            Quality::Game => ([4.0, 4.0, 0.125], 0.04, 3, 0.5, 6e-3),
-            Quality::Film => ([2.0, 4.0, 0.0625], 0.009, 3, 0.0, 2e-3),
+            Quality::Preview => ([8.0, 16.0, 0.25], 0.08, 3, 1.0, 2e-2),
+            Quality::Game => ([4.0, 16.0, 0.125], 0.04, 3, 0.5, 6e-3),
+            Quality::Film => ([2.0, 8.0, 0.0625], 0.009, 3, 0.0, 2e-3),
         };
         let diagonal = f64::from(size[0]).hypot(f64::from(size[1]));
         // Small images have too few gaps for a sample, and cost little anyway.

@@ -6,6 +6,10 @@ use scatter_core::{Estimate, Quality};
 
 use super::plan_error::PlanError;
 
+/// A time counts as kept up to a quarter more, which is what predictions of times are good for: a setting that is
+/// predicted just beyond is taken if what fits is much worse.
+pub(super) const TIME_KEPT_WITHIN: f64 = 1.25;
+
 /// What a plan may cost, or must keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Budget {
@@ -15,7 +19,7 @@ pub enum Budget {
     Error(f64),
     /// A bound for every pixel: `|T − R| ≤ ε` times its unoccluded value, ε in (0, 1), in the least time.
     Promise(f64),
-    /// The least error within so many milliseconds a frame, > 0.
+    /// The least error within so many milliseconds a frame, > 0; up to a quarter more where what fits is much worse.
     Time(f64),
 }
 
@@ -47,7 +51,7 @@ impl Budget {
             Self::Level(_) | Self::Error(_) => self.error().is_some_and(|error| estimate.keeps <= error),
             // Derived, not predicted.
             Self::Promise(_) => true,
-            Self::Time(time) => estimate.time_ms <= time,
+            Self::Time(time) => estimate.time_ms <= TIME_KEPT_WITHIN * time,
         }
     }
 }

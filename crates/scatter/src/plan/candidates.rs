@@ -9,6 +9,10 @@ use super::budget::Budget;
 /// Below it two errors are as good as each other: nobody sees a thousandth.
 const INVISIBLE_ERROR: f64 = 1e-3;
 
+/// Power of the time over a budget that an error is charged with: at the quarter that may be over
+/// ([`TIME_KEPT_WITHIN`](super::budget::TIME_KEPT_WITHIN)) eight times less error is worth it.
+const OVERRUN_POWER: f64 = 9.3;
+
 /// A setting and what is predicted of it.
 pub struct Candidate {
     /// Of this technique.
@@ -39,15 +43,19 @@ impl Candidate {
     }
 
     /// Better ones first: what keeps the budget before what does not; then the faster one, within a time the one that is less
-    /// off.
+    /// off, where a time that is predicted to be over counts as an error that is larger by a power of it: the larger the time, the
+    /// smaller the error that is chosen.
     pub fn compare(&self, other: &Self, budget: Budget) -> Ordering {
         let [a, b] = [&self.estimate, &other.estimate];
         let kept = budget.is_kept_by(b).cmp(&budget.is_kept_by(a));
         let time = a.time_ms.total_cmp(&b.time_ms);
         kept.then_with(|| match budget {
-            Budget::Time(_) if budget.is_kept_by(a) => {
-                let seen = |estimate: &Estimate| estimate.keeps.max(INVISIBLE_ERROR);
-                seen(a).total_cmp(&seen(b)).then(time)
+            Budget::Time(own) if budget.is_kept_by(a) => {
+                let charged = |estimate: &Estimate| {
+                    let over = (estimate.time_ms / own).max(1.0);
+                    estimate.keeps.max(INVISIBLE_ERROR) * over.powf(OVERRUN_POWER)
+                };
+                charged(a).total_cmp(&charged(b)).then(time)
             }
             Budget::Time(_) | Budget::Promise(_) => time,
             Budget::Level(_) | Budget::Error(_) if budget.is_kept_by(a) => time,

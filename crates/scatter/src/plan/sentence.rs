@@ -47,7 +47,7 @@ pub fn of(chosen: &Candidate, budget: Budget, keeps: bool, map: &MapAdvice, mach
 pub fn why_not(candidate: &Candidate, chosen: &Candidate, budget: Budget) -> String {
     let [own, other] = [&candidate.estimate, &chosen.estimate];
     match budget {
-        Budget::Time(time) if own.time_ms > time => {
+        Budget::Time(_) if !budget.is_kept_by(own) => {
             format!("{} at its fastest", milliseconds(own.time_ms))
         }
         Budget::Time(_) if own.keeps > other.keeps => {
