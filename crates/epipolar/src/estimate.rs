@@ -2,7 +2,8 @@
 //!
 //! How many slices a frame needs is not counted but found by trial, so that the model is one of the picture: the share of pixels
 //! at which interpolation over a pixel would miss the target ([`Triple::kink`](scatter_core::Triple)), how rough the picture is as a
-//! whole, and how much of it is lit. Powers of these, fitted to measured times of 29 shots at two sizes and three levels.
+//! whole, how often neighbours end at different depths, and how much is lit. Powers of these, fitted to measured times of 28 shots,
+//! 14 of them at two sizes, at three levels.
 
 use scatter_core::{
     CostModel, Estimate, LightKind, NoEstimate, Outlook, PredictedError, Quality, SceneSample, UnitCost,
@@ -29,19 +30,20 @@ const OWN: MeasuredSlices = MeasuredSlices {
     costs: CostModel {
         units: &[
             UnitCost { name: "frame", nanoseconds: 1.5e5 },
-            UnitCost { name: "fitted-nanosecond", nanoseconds: 1.1 },
+            UnitCost { name: "fitted-nanosecond", nanoseconds: 1.0 },
         ],
         thread_gain: 0.93,
     },
     slices: SliceModel {
-        levels: [5.429, 5.64, 5.694],
-        megapixels: -0.35,
-        lamp: 0.269,
-        missed: 0.497,
-        roughness: -0.225,
-        lit_share: -0.219,
-        fog: 0.694,
-        glass: 0.837,
+        levels: [6.895, 7.138, 7.533],
+        megapixels: -0.166,
+        lamp: 0.386,
+        missed: 0.365,
+        roughness: -0.113,
+        depth_breaks: 0.413,
+        lit_share: -0.152,
+        fog: 0.203,
+        glass: 0.563,
     },
     worker_bytes: 4.0,
 };
@@ -59,6 +61,8 @@ pub struct SliceModel {
     pub missed: f64,
     /// Of the RMS of what it misses.
     pub roughness: f64,
+    /// Of the share of neighbouring pixels whose rays end at different depths.
+    pub depth_breaks: f64,
     /// Of the lit share of the light.
     pub lit_share: f64,
     /// Of height fog.
@@ -69,7 +73,7 @@ pub struct SliceModel {
 
 /// What measured spacing keeps of its level, as met on the same shots: p99 and RMS over the level's error, at preview, game
 /// and film.
-const KEPT: [[f64; 2]; 3] = [[0.38, 0.075], [0.51, 0.1], [0.54, 0.13]];
+const KEPT: [[f64; 2]; 3] = [[0.30, 0.066], [0.39, 0.070], [0.43, 0.115]];
 
 impl SliceModel {
     /// Nanoseconds of all slices of a picture, for a target p99.
@@ -89,6 +93,7 @@ impl SliceModel {
             + of(facts.light != LightKind::Directional, self.lamp)
             + self.missed * missed
             + self.roughness * roughness
+            + self.depth_breaks * (sample.depth_breaks + 0.01).ln()
             + self.lit_share * (sample.lit_share() + 0.02).ln()
             + of(facts.log_density.is_some(), self.fog)
             + of(facts.textured, self.glass);

@@ -24,6 +24,7 @@ const OWN: MeasuredSlices = MeasuredSlices {
         lamp: 0.906,
         missed: 0.524,
         roughness: -0.176,
+        depth_breaks: 0.0,
         lit_share: -0.195,
         fog: 1.965,
         glass: 1.048,

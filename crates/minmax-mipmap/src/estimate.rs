@@ -16,6 +16,7 @@ static COSTS: CostModel = CostModel {
         UnitCost { name: "lamp-run", nanoseconds: 141.0 },
         UnitCost { name: "glass-run", nanoseconds: 160.0 },
         UnitCost { name: "fog-ray", nanoseconds: 31.9 },
+        UnitCost { name: "coloured-ray", nanoseconds: 124.0 },
     ],
     thread_gain: 0.95,
 };
@@ -41,6 +42,7 @@ pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, N
         of(is_lamp, runs),
         of(facts.textured, runs),
         of(facts.log_density.is_some(), rays),
+        of(!facts.grey_extinction, rays),
     ]);
     // The mipmap, and a tile of 64×32 pixels a worker.
     let memory = map_texels / 3.0 + 1e6 * outlook.machine.threads() as f64;

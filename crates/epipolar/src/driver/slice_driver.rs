@@ -47,10 +47,11 @@ const MOST_OF_CUTS: f64 = 0.4;
 /// How many times fewer gaps tell what such texels hide, since that is alike everywhere.
 const FEWER_GAPS_OF_CUTS: usize = 4;
 
-/// Nanoseconds that a slice costs beside its queries, and that a pixel costs where rays are cut: guesses,
-/// which only decide between two ways that both keep the level.
+/// Nanoseconds that a slice costs beside its queries, and that a pixel costs where rays are cut, under a sun and around a lamp,
+/// as met in rooms of sheets and before a lamp behind a grid: they only decide between two ways that both keep the level.
 const SLICE: f64 = 3e4;
-const CUT: f64 = 150.0;
+const CUT_OF_SUN: f64 = 150.0;
+const CUT_OF_LAMP: f64 = 570.0;
 
 /// How slices are laid and refined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -279,7 +280,7 @@ impl<I: SliceIntegrator> SliceDriver<I> {
                 let found = self.measure(frame, epipole, of_slices, &settings, (measuring, is_exact), target);
                 if found.excess > 1.0
                     && measuring.notes_steps.is_some()
-                    && self.cuts_rays(frame.size(), found, target)
+                    && self.cuts_rays(frame, found, target)
                 {
                     // Measured anew, since not all that is missed there may lie beyond the cuts.
                     self.near_ends.find(frame);
@@ -310,15 +311,16 @@ impl<I: SliceIntegrator> SliceDriver<I> {
     }
 
     /// Whether it is worth it to cut rays before they end on steps of the map, by what was measured without it.
-    fn cuts_rays(&self, size: [u32; 2], found: Measured, target: ErrorTarget) -> bool {
-        let [width, height] = size.map(f64::from);
+    fn cuts_rays(&self, frame: &Frame<'_>, found: Measured, target: ErrorTarget) -> bool {
+        let [width, height] = frame.size().map(f64::from);
+        let cut = if frame.light().position().is_some() { CUT_OF_LAMP } else { CUT_OF_SUN };
         let samples = self.workers.iter().map(|worker| &worker.sample);
         let without = measured(samples, target, false);
         let slices = self.slices.slices.len() as f64;
         // Closer slices cost more texels, not more queries.
         let finer = |excess: f64| excess.max(1.0).powf(1.0 / POWER);
         let saved = (finer(found.excess) - finer(without.excess)) * slices * SLICE;
-        saved > CUT * width * height
+        saved > cut * width * height
     }
 
     /// Measures a sample of gaps against a target.

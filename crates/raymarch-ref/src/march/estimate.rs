@@ -11,7 +11,9 @@ const FOG_STEP: f64 = 1.0;
 
 static COSTS: CostModel = CostModel {
     units: &[
-        UnitCost { name: "pixel", nanoseconds: 65.0 },
+        UnitCost { name: "pixel", nanoseconds: 90.0 },
+        UnitCost { name: "coloured-pixel", nanoseconds: 58.0 },
+        UnitCost { name: "lamp-pixel", nanoseconds: 150.0 },
         UnitCost { name: "nanosecond-of-steps", nanoseconds: 1.0 },
     ],
     thread_gain: 0.95,
@@ -34,7 +36,14 @@ pub fn predicted(options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, N
         + if facts.log_density.is_some() { FOG_STEP } else { 0.0 };
     // A sun that nothing shadows is one closed form a pixel.
     let marched = if is_lit && facts.light == LightKind::Directional { 1.0 } else { steps };
-    let shared = COSTS.nanoseconds([sample.pixels(), sample.pixels() * marched * a_step]);
+    let pixels = sample.pixels();
+    let of = |is: bool| if is { pixels } else { 0.0 };
+    let shared = COSTS.nanoseconds([
+        pixels,
+        of(!facts.grey_extinction),
+        of(facts.light != LightKind::Directional),
+        pixels * marched * a_step,
+    ]);
     let error = if facts.translucent {
         return Err(NoEstimate::because("smoke and hair are not in its model"));
     } else {
