@@ -12,8 +12,9 @@
 //! in the light, that is what their rays lack; where both end in the dark, what they have. The paper interpolates
 //! radiance, which is wrong for lit rays of different lengths by as much as the closed form curves.
 
+use epipolar::driver::SliceView;
 use epipolar::geometry::{Epipole, Major, Slice};
-use scatter_core::Frame;
+use scatter_core::{Frame, sun_interval_f32};
 
 use crate::slices::SliceRay;
 
@@ -192,6 +193,36 @@ impl LineSamples {
         self.marched.set(wanted - 1, true);
     }
 
+    /// Lays the view rays of all samples in the slice's plane; returns the farthest light ray in which one of them ends.
+    #[inline(always)]
+    pub fn lay_rays(&mut self, slice: &SliceView<'_>) -> f32 {
+        let Self { rays, ends, first, step, count, .. } = self;
+        rays.resize(*count, SliceRay { sine: 1.0, cosine: 0.0, rank: 0.0, end: 0.0 });
+        let (first, step) = (*first - 0.5, *step);
+        let rays = &mut rays[..*count];
+        for (index, (ray, &end)) in rays.iter_mut().zip(&*ends).enumerate() {
+            *ray = SliceRay::new(slice, first + step * index as f64, f64::from(end));
+        }
+        let reach = rays.iter().fold(0.0f64, |reach, ray| {
+            let own = light_ray(slice, ray.end, ray.sine, ray.cosine);
+            if own > reach { own } else { reach }
+        });
+        reach as f32
+    }
+
+    /// Fills in what all rays would have without a shadow, under a sun in uniform air.
+    #[inline(always)]
+    pub fn fill_wholes(&mut self, sigma_t: [f32; 3], channels: usize) {
+        for (channel, whole) in self.whole[..channels].iter_mut().enumerate() {
+            let sigma = sigma_t[channel];
+            for (whole, &end) in whole.iter_mut().zip(&self.ends) {
+                let own = sun_interval_f32(sigma, 0.0, end);
+                // One channel is the sum of three that are alike, as `LightSums` has it.
+                *whole = if channels == 1 { own + own + own } else { own };
+            }
+        }
+    }
+
     /// Where the rays of samples end: at the depth of the pixel in which they lie.
     fn find_ends(&mut self, frame: &Frame<'_>, slice: &Slice, major: Major, [length, breadth]: [f64; 2]) {
         let limit = frame.max_distance() as f32;
@@ -223,12 +254,6 @@ impl LineSamples {
         self.fresh.copy_of(&self.marched);
         // The last sample has nothing behind it.
         debug_assert!(self.marched.next(self.count).is_none());
-    }
-
-    /// The pixel column, counted along the major axis and fractional, of a sample: c is the middle of column c.
-    #[inline(always)]
-    pub fn column(&self, index: usize) -> f64 {
-        self.first + self.step * index as f64 - 0.5
     }
 
     /// The next stretch of samples that are not marched, as the two marched ones around it, from a marched one on.
@@ -349,6 +374,13 @@ enum Kept {
     Lit,
     /// The share that is lit.
     Share,
+}
+
+/// The light ray in which a view ray ends, a little farther than it is: rows end there in f32.
+#[inline(always)]
+pub fn light_ray(slice: &SliceView<'_>, end: f64, sine: f64, cosine: f64) -> f64 {
+    let end = end.min(f64::from(f32::MAX));
+    (slice.light.light_ray(end, sine, cosine) * (1.0 + 1e-6)).min(f64::from(f32::MAX))
 }
 
 /// Where a slice's line enters the image and where it leaves it, along its major axis; not before the epipole.
