@@ -115,8 +115,9 @@ impl LineColumns {
     }
 }
 
-/// How far beyond its samples a slice still counts \[samples\]: pixels a sample or a pixel before the first one still see it.
+/// How far beyond its samples a slice still counts \[samples\]: pixels a sample or a pixel before the first one still see it, and
+/// half a one more, so that rounding does not decide.
 #[inline(always)]
 fn slack(samples: &LineSamples) -> f32 {
-    1.0f32.max((1.0 / samples.step.abs()) as f32)
+    1.0f32.max((1.0 / samples.step.abs()) as f32) + 0.5
 }

@@ -2,7 +2,8 @@
 //! 6.1, 6.2 and 6.5).
 //!
 //! A slice enters the image at the epipole, or at the border, and leaves it at its exit. Between the two, samples are evenly
-//! spaced, a pixel apart at the least: where a slice has fewer pixels than samples, it has fewer samples ("rescaled lines").
+//! spaced, a pixel apart at the least: where a slice has fewer pixels than samples, it has fewer samples ("rescaled lines"), one in
+//! the middle of each column of the image that it crosses.
 //!
 //! A bit a sample says whether it is marched: one in [`initial`](crate::Options::initial), more of them near the epipole, the
 //! last one, and both sides of every edge. So no edge lies within a stretch between two that are marched, and the samples
@@ -164,9 +165,9 @@ impl LineSamples {
         if !(pixels > 0.0) {
             return;
         }
-        let wanted = (pixels.floor() as usize + 1).clamp(2, settings.samples);
-        let step = (span[1] - span[0]) / (wanted - 1) as f64;
-        (self.first, self.step) = if ascending { (span[0], step) } else { (span[1], -step) };
+        let (ends, wanted) = laid_in(span, pixels, settings.samples);
+        let step = (ends[1] - ends[0]) / (wanted - 1) as f64;
+        (self.first, self.step) = if ascending { (ends[0], step) } else { (ends[1], -step) };
         self.count = wanted;
         self.find_ends(frame, slice, major, [length, breadth]);
         for buffers in [&mut self.shares, &mut self.lit, &mut self.whole] {
@@ -383,6 +384,17 @@ pub fn light_ray(slice: &SliceView<'_>, end: f64, sine: f64, cosine: f64) -> f64
     (slice.light.light_ray(end, sine, cosine) * (1.0 + 1e-6)).min(f64::from(f32::MAX))
 }
 
+/// Where the first and the last of the samples of a span lie, and how many there are: in the middle of every column of the image
+/// where that is no more than there may be, so that nothing has to be interpolated along the slice; else evenly.
+fn laid_in(span: [f64; 2], pixels: f64, most: usize) -> ([f64; 2], usize) {
+    let middles = [(span[0] - 0.5).ceil() + 0.5, (span[1] - 0.5).floor() + 0.5];
+    let columns = middles[1] - middles[0] + 1.0;
+    if columns >= 2.0 && columns <= most as f64 {
+        return (middles, columns as usize);
+    }
+    (span, (pixels.floor() as usize + 1).clamp(2, most))
+}
+
 /// Where a slice's line enters the image and where it leaves it, along its major axis; not before the epipole.
 fn span_in_image(
     slice: &Slice,
@@ -440,6 +452,16 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn samples_lie_in_the_middle_of_columns_where_they_may_be_as_many() {
+        assert_eq!(laid_in([20.2, 40.0], 25.0, 64), ([20.5, 39.5], 20));
+        assert_eq!(laid_in([20.5, 39.5], 25.0, 20), ([20.5, 39.5], 20));
+        assert_eq!(laid_in([20.6, 39.4], 25.0, 64), ([21.5, 38.5], 18));
+        // One fewer than there are columns, or a single column: evenly from end to end.
+        assert_eq!(laid_in([20.2, 40.0], 25.0, 19), ([20.2, 40.0], 19));
+        assert_eq!(laid_in([20.2, 20.9], 0.9, 64), ([20.2, 20.9], 2));
     }
 
     #[test]
