@@ -3,7 +3,7 @@
 //!
 //! A slice enters the image at the epipole, or at the border, and leaves it at its exit. Between the two, samples are evenly
 //! spaced, a pixel apart at the least: where a slice has fewer pixels than samples, it has fewer samples ("rescaled lines"), one in
-//! the middle of each column of the image that it crosses.
+//! the middle of each column of the image that it crosses, or of every second, third or fourth.
 //!
 //! A bit a sample says whether it is marched: one in [`initial`](crate::Options::initial), more of them near the epipole, the
 //! last one, and both sides of every edge. So no edge lies within a stretch between two that are marched, and the samples
@@ -384,13 +384,20 @@ pub fn light_ray(slice: &SliceView<'_>, end: f64, sine: f64, cosine: f64) -> f64
     (slice.light.light_ray(end, sine, cosine) * (1.0 + 1e-6)).min(f64::from(f32::MAX))
 }
 
-/// Where the first and the last of the samples of a span lie, and how many there are: in the middle of every column of the image
-/// where that is no more than there may be, so that nothing has to be interpolated along the slice; else evenly.
+/// Columns of the image that samples in the middle of columns are apart at the most: as many may be left over at the image's
+/// border, half of them on either side, which take the last sample for their own.
+const FARTHEST: f64 = 4.0;
+
+/// Where the first and the last of the samples of a span lie, and how many there are: in the middle of every column of the image,
+/// of every second, third or fourth, so that nothing has to be interpolated along the slice there; where that is more than there may
+/// be, evenly.
 fn laid_in(span: [f64; 2], pixels: f64, most: usize) -> ([f64; 2], usize) {
     let middles = [(span[0] - 0.5).ceil() + 0.5, (span[1] - 0.5).floor() + 0.5];
-    let columns = middles[1] - middles[0] + 1.0;
-    if columns >= 2.0 && columns <= most as f64 {
-        return (middles, columns as usize);
+    let apart = ((middles[1] - middles[0] + 1.0) / most as f64).ceil().max(1.0);
+    let steps = ((middles[1] - middles[0]) / apart).floor();
+    if steps >= 1.0 && apart <= FARTHEST {
+        let first = middles[0] + (0.5 * (middles[1] - middles[0] - steps * apart)).floor();
+        return ([first, first + steps * apart], steps as usize + 1);
     }
     (span, (pixels.floor() as usize + 1).clamp(2, most))
 }
@@ -459,8 +466,11 @@ mod tests {
         assert_eq!(laid_in([20.2, 40.0], 25.0, 64), ([20.5, 39.5], 20));
         assert_eq!(laid_in([20.5, 39.5], 25.0, 20), ([20.5, 39.5], 20));
         assert_eq!(laid_in([20.6, 39.4], 25.0, 64), ([21.5, 38.5], 18));
-        // One fewer than there are columns, or a single column: evenly from end to end.
-        assert_eq!(laid_in([20.2, 40.0], 25.0, 19), ([20.2, 40.0], 19));
+        // One fewer than there are columns: every second, half a column of those left over on either side.
+        assert_eq!(laid_in([20.2, 40.0], 25.0, 19), ([20.5, 38.5], 10));
+        assert_eq!(laid_in([20.2, 40.0], 25.0, 6), ([21.5, 37.5], 5));
+        // Too few, or a single column: evenly from end to end.
+        assert_eq!(laid_in([20.2, 40.0], 25.0, 4), ([20.2, 40.0], 4));
         assert_eq!(laid_in([20.2, 20.9], 0.9, 64), ([20.2, 20.9], 2));
     }
 
