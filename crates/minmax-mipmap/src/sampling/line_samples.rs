@@ -165,7 +165,12 @@ impl LineSamples {
         if !(pixels > 0.0) {
             return;
         }
-        let (ends, wanted) = laid_in(span, pixels, settings.samples);
+        // Light is closest to the epipole: what is left over of a line that begins there is at the border.
+        let left_before = match centre {
+            Some(centre) if span.contains(&centre) => f64::from(u8::from(!ascending)),
+            _ => 0.5,
+        };
+        let (ends, wanted) = laid_in(span, pixels, settings.samples, left_before);
         let step = (ends[1] - ends[0]) / (wanted - 1) as f64;
         (self.first, self.step) = if ascending { (ends[0], step) } else { (ends[1], -step) };
         self.count = wanted;
@@ -385,21 +390,27 @@ pub fn light_ray(slice: &SliceView<'_>, end: f64, sine: f64, cosine: f64) -> f64
 }
 
 /// Columns of the image that samples in the middle of columns are apart at the most: as many may be left over at the image's
-/// border, half of them on either side, which take the last sample for their own.
+/// border, which take the last sample for their own.
 const FARTHEST: f64 = 4.0;
+
+/// Part of the samples that there may be which must be laid if they are to lie in the middle of columns.
+const FEWEST: f64 = 0.75;
 
 /// Where the first and the last of the samples of a span lie, and how many there are: in the middle of every column of the image,
 /// of every second, third or fourth, so that nothing has to be interpolated along the slice there; where that is more than there may
-/// be, evenly.
-fn laid_in(span: [f64; 2], pixels: f64, most: usize) -> ([f64; 2], usize) {
+/// be, or far fewer, evenly. `left_before`: which part of the columns that are left over is before the first one.
+fn laid_in(span: [f64; 2], pixels: f64, most: usize, left_before: f64) -> ([f64; 2], usize) {
+    let evenly = (pixels.floor() as usize + 1).clamp(2, most);
     let middles = [(span[0] - 0.5).ceil() + 0.5, (span[1] - 0.5).floor() + 0.5];
-    let apart = ((middles[1] - middles[0] + 1.0) / most as f64).ceil().max(1.0);
-    let steps = ((middles[1] - middles[0]) / apart).floor();
-    if steps >= 1.0 && apart <= FARTHEST {
-        let first = middles[0] + (0.5 * (middles[1] - middles[0] - steps * apart)).floor();
+    let columns = middles[1] - middles[0] + 1.0;
+    let apart = (columns / most as f64).ceil().max(1.0);
+    let steps = ((columns - 1.0) / apart).floor();
+    let are_enough = steps >= FEWEST * most as f64 || apart == 1.0;
+    if steps >= 1.0 && apart <= FARTHEST && are_enough {
+        let first = middles[0] + (left_before * (columns - 1.0 - steps * apart)).floor();
         return ([first, first + steps * apart], steps as usize + 1);
     }
-    (span, (pixels.floor() as usize + 1).clamp(2, most))
+    (span, evenly)
 }
 
 /// Where a slice's line enters the image and where it leaves it, along its major axis; not before the epipole.
@@ -463,15 +474,18 @@ mod tests {
 
     #[test]
     fn samples_lie_in_the_middle_of_columns_where_they_may_be_as_many() {
-        assert_eq!(laid_in([20.2, 40.0], 25.0, 64), ([20.5, 39.5], 20));
-        assert_eq!(laid_in([20.5, 39.5], 25.0, 20), ([20.5, 39.5], 20));
-        assert_eq!(laid_in([20.6, 39.4], 25.0, 64), ([21.5, 38.5], 18));
-        // One fewer than there are columns: every second, half a column of those left over on either side.
-        assert_eq!(laid_in([20.2, 40.0], 25.0, 19), ([20.5, 38.5], 10));
-        assert_eq!(laid_in([20.2, 40.0], 25.0, 6), ([21.5, 37.5], 5));
-        // Too few, or a single column: evenly from end to end.
-        assert_eq!(laid_in([20.2, 40.0], 25.0, 4), ([20.2, 40.0], 4));
-        assert_eq!(laid_in([20.2, 20.9], 0.9, 64), ([20.2, 20.9], 2));
+        let laid = |span, most, left| laid_in(span, 25.0, most, left);
+        assert_eq!(laid([20.2, 40.0], 64, 0.5), ([20.5, 39.5], 20));
+        assert_eq!(laid([20.5, 39.5], 20, 0.5), ([20.5, 39.5], 20));
+        assert_eq!(laid([20.6, 39.4], 64, 0.5), ([21.5, 38.5], 18));
+        // Every second, and of the three columns that are left over of every fourth one before the first.
+        assert_eq!(laid([20.2, 40.0], 11, 0.0), ([20.5, 38.5], 10));
+        assert_eq!(laid([20.2, 40.0], 11, 1.0), ([21.5, 39.5], 10));
+        assert_eq!(laid([20.2, 40.0], 5, 0.5), ([21.5, 37.5], 5));
+        // A column more than there may be samples, too few of them, and a single column: evenly from end to end.
+        assert_eq!(laid([20.2, 40.0], 19, 0.5), ([20.2, 40.0], 19));
+        assert_eq!(laid([20.2, 40.0], 4, 0.5), ([20.2, 40.0], 4));
+        assert_eq!(laid([20.2, 20.9], 64, 0.5), ([20.2, 20.9], 26));
     }
 
     #[test]
