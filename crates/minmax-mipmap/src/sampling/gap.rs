@@ -128,10 +128,10 @@ impl GapPass<'_> {
         }
         for channel in 0..self.channels {
             let mut share = 0.0;
-            for tap in 0..4 {
+            for (tap, weight) in weights.iter().enumerate() {
                 let side = tap / 2;
                 if samples[side].count > 0 {
-                    share += weights[tap] * samples[side].shares[channel][pairs[side].indices[tap % 2]];
+                    share += weight * samples[side].shares[channel][pairs[side].indices[tap % 2]];
                 }
             }
             self.shares.put(place, channel, share / sum);
