@@ -1,6 +1,6 @@
 //! Options of the technique: which mode answers, and how the modes on slices sample.
 
-use scatter_core::Quality;
+use scatter_core::{LightKind, Quality, SceneFacts};
 
 use crate::slices::TreeKind;
 
@@ -108,10 +108,38 @@ impl Default for Options {
 }
 
 impl Options {
-    /// What a level chooses. Exact mode has one setting, and keeps every level; the modes on slices are the paper's but at `film`,
-    /// which takes [`Self::finest`].
-    pub fn for_quality(level: Quality) -> Self {
-        if level == Quality::Film { Self::finest() } else { Self::default() }
+    /// What a level chooses of the modes on slices for a frame; exact mode has one setting, and keeps every level. Around lamps
+    /// light is steeper, and `game` takes a finer setting.
+    pub fn for_quality(level: Quality, facts: &SceneFacts) -> Self {
+        let [preview, game, _, fine, .., finest] = Self::ladder_of_sampling();
+        match (level, facts.light) {
+            (Quality::Preview, _) => preview,
+            (Quality::Game, LightKind::Directional) => game,
+            (Quality::Game, _) => fine,
+            (Quality::Film, _) => finest,
+        }
+    }
+
+    /// Settings of mode `sampling`, from the cheapest to [`Self::finest`]; what each reaches where is on the crate's page. Each takes
+    /// about one and a half times as long as the one before it, the last four times.
+    pub fn ladder_of_sampling() -> [Self; 7] {
+        let of = |slices, samples, initial, halvings, contrast| Self {
+            slices,
+            samples,
+            initial,
+            halvings,
+            contrast,
+            ..Self::default()
+        };
+        [
+            Self::default(),
+            of(512, 640, 16, 2, 0.08),
+            of(512, 640, 16, 3, 0.06),
+            of(1024, 640, 8, 3, 0.05),
+            of(1024, 1280, 4, 3, 0.05),
+            of(2048, 2048, 4, 2, 0.04),
+            Self::finest(),
+        ]
     }
 
     /// Epipolar sampling at its finest: a slice a pixel of the border of an image of 1280×960, gaps halved three times where slices

@@ -125,11 +125,11 @@ impl Configurable for MinMaxMipmapTechnique {
         &self,
         target: Target,
         overrides: &[(&str, &str)],
-        _facts: &SceneFacts,
+        facts: &SceneFacts,
     ) -> Result<Options, OptionError> {
         // Exact keeps every level and every promise.
         match target {
-            Target::Quality(level) => Ok(Options::for_quality(level)),
+            Target::Quality(level) => Ok(Options::for_quality(level, facts)),
             Target::Error(_) => {
                 TABLE.require(
                     overrides,

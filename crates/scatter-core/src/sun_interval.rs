@@ -24,6 +24,7 @@ pub fn sun_interval(sigma: f64, a: f64, b: f64) -> f64 {
 /// Relative error ≤ 5e-6 for σ·b ≤ 80, where the rounding of σ·a is most of it; measured 3.6e-6 (test
 /// `the_fast_form_keeps_its_bound`). Beyond σ·a ≈ 87 the true
 /// value is below the smallest normal f32 and 0 is returned. `b` may be ∞ where σ > 0.
+#[inline(always)]
 pub fn sun_interval_f32(sigma: f32, a: f32, b: f32) -> f32 {
     let length = b - a;
     if !(length > 0.0) {

@@ -111,9 +111,7 @@ impl<'a> Resolve<'a> {
             if let (Some(near_ends), Some(_)) = (self.near_ends, cuts) {
                 near_ends.add_beyond(self.frame, [x as u32, y], lanes, left_out, &mut radiance);
             }
-            for lane in 0..lanes {
-                inscattered[x + lane] = std::array::from_fn(|channel| radiance[channel][lane]);
-            }
+            write_pixels(&radiance, &mut inscattered[x..x + lanes]);
             while left_out != 0 {
                 let lane = left_out.trailing_zeros();
                 left_out &= left_out - 1;
@@ -121,10 +119,24 @@ impl<'a> Resolve<'a> {
                 inscattered[x + lane as usize] = exact.as_vec3().to_array();
                 walked += 1;
             }
-            for lane in 0..lanes {
-                transmittance[x + lane] = std::array::from_fn(|channel| through[channel][lane]);
-            }
+            write_pixels(&through, &mut transmittance[x..x + lanes]);
         }
         walked
+    }
+}
+
+/// Channel by channel to pixel by pixel.
+#[inline(always)]
+fn write_pixels(channels: &[[f32; LANES]; 3], pixels: &mut [[f32; 3]]) {
+    let [red, green, blue] = channels;
+    // Sixteen by number are shuffles; fewer are a loop.
+    if let Some(pixels) = pixels.first_chunk_mut::<LANES>() {
+        for lane in 0..LANES {
+            pixels[lane] = [red[lane], green[lane], blue[lane]];
+        }
+        return;
+    }
+    for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
+        *pixel = [*red, *green, *blue];
     }
 }

@@ -62,6 +62,7 @@ impl SlicePlane {
     }
 
     /// `(q, p)` of the view ray of a column, per unit of depth.
+    #[inline(always)]
     pub fn view_ray(&self, column: f64) -> DVec2 {
         self.start + self.step * column
     }

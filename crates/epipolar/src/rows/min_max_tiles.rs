@@ -174,29 +174,65 @@ impl MinMaxTiles {
     }
 }
 
-/// Columns that are read side by side, row after row: sixteen cache lines, which is what memory likes to be asked for.
-const STRIP: usize = 256;
+/// Rows that are read side by side: four streams, which is what memory likes to be asked for.
+const ROWS: usize = 4;
 
-/// A row of tiles of a side; at most as many rows of texels.
+/// A row of tiles of a side, and its texels: at most as many rows.
 #[inline(always)]
 fn fill_row<const SIDE: usize>(tiles: &mut [[f32; 2]], texels: &[f32], columns: usize) {
-    for (strip, tiles) in tiles.chunks_mut(STRIP / SIDE).enumerate() {
-        let first = strip * STRIP;
-        let width = STRIP.min(columns - first);
-        // One lane a column. Depths are never NaN.
-        let (mut near, mut far) = ([f32::INFINITY; STRIP], [f32::NEG_INFINITY; STRIP]);
-        for row in texels.chunks_exact(columns) {
-            let lanes = near.iter_mut().zip(&mut far).zip(&row[first..first + width]);
-            for ((near, far), &depth) in lanes {
-                *near = if depth < *near { depth } else { *near };
-                *far = if depth > *far { depth } else { *far };
+    tiles.fill([f32::INFINITY, f32::NEG_INFINITY]);
+    for rows in texels.chunks(ROWS * columns) {
+        // A row that is missing is the first one again.
+        let rows: [&[f32]; ROWS] =
+            std::array::from_fn(|n| rows.get(n * columns..(n + 1) * columns).unwrap_or(&rows[..columns]));
+        for (index, tile) in tiles.iter_mut().enumerate() {
+            let first = index * SIDE;
+            let [mut near, mut far] = *tile;
+            if let Some(pieces) = pieces::<SIDE>(&rows, first) {
+                // One lane a column. Depths are never NaN.
+                let (mut nears, mut fars) = (*pieces[0], *pieces[0]);
+                for piece in &pieces[1..] {
+                    for (lane, &depth) in piece.iter().enumerate() {
+                        nears[lane] = lesser(nears[lane], depth);
+                        fars[lane] = greater(fars[lane], depth);
+                    }
+                }
+                // Halves against halves.
+                let mut half = SIDE / 2;
+                while half > 0 {
+                    for lane in 0..half {
+                        nears[lane] = lesser(nears[lane], nears[lane + half]);
+                        fars[lane] = greater(fars[lane], fars[lane + half]);
+                    }
+                    half /= 2;
+                }
+                (near, far) = (lesser(near, nears[0]), greater(far, fars[0]));
+            } else {
+                for &depth in rows.iter().flat_map(|row| &row[first..]) {
+                    (near, far) = (lesser(near, depth), greater(far, depth));
+                }
             }
-        }
-        let lanes = near.chunks_exact(SIDE).zip(far.chunks_exact(SIDE));
-        for (tile, (near, far)) in tiles.iter_mut().zip(lanes) {
-            let nearest = near.iter().fold(f32::INFINITY, |a, &b| if b < a { b } else { a });
-            let farthest = far.iter().fold(f32::NEG_INFINITY, |a, &b| if b > a { b } else { a });
-            *tile = [nearest, farthest];
+            *tile = [near, far];
         }
     }
+}
+
+/// The texels of a tile that has all of its columns, in each row.
+#[inline(always)]
+fn pieces<'a, const SIDE: usize>(rows: &[&'a [f32]; ROWS], first: usize) -> Option<[&'a [f32; SIDE]; ROWS]> {
+    let mut pieces = [rows[0][first..].first_chunk()?; ROWS];
+    for (piece, row) in pieces.iter_mut().zip(rows) {
+        *piece = row[first..].first_chunk()?;
+    }
+    Some(pieces)
+}
+
+#[inline(always)]
+fn lesser(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
 }

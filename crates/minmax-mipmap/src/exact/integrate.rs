@@ -52,6 +52,8 @@ pub struct TileSums {
     pub stretch: Vec<f32>,
     /// The pixels' rays, sixteen side by side along a row, if [`Self::lay_rays`] laid them.
     rays: Vec<RayLanes>,
+    /// Of a lamp, how far along each pixel's ray no interval that ends there must be integrated in f64.
+    safe: Vec<f32>,
 }
 
 impl TileSums {
@@ -69,15 +71,21 @@ impl TileSums {
         [self.origin[0] + pixel % self.width, self.origin[1] + pixel / self.width]
     }
 
-    /// Lays the pixels' rays, which lamps and height fog ask for once a lit interval.
+    /// Lays the pixels' rays, which lamps and height fog ask for once a lit interval; `lamp` is relative to the eye.
     #[inline(always)]
-    pub fn lay_rays(&mut self, camera: &Camera) {
+    pub fn lay_rays(&mut self, camera: &Camera, lamp: Option<DVec3>) {
         self.rays.clear();
+        self.safe.clear();
+        self.safe.reserve(self.stretch.len());
         let count = self.stretch.len() / RayLanes::COUNT;
         self.rays.reserve(count);
         for n in 0..count as u32 {
             let [x, y] = self.place(n * RayLanes::COUNT as u32);
-            self.rays.push(RayLanes::of_pixels(camera, x, y));
+            let rays = RayLanes::of_pixels(camera, x, y);
+            if let Some(lamp) = lamp {
+                self.safe.extend(safe_lengths(lamp, &rays));
+            }
+            self.rays.push(rays);
         }
     }
 
@@ -99,7 +107,8 @@ impl TileSums {
     /// Bytes that it holds.
     pub fn memory_bytes(&self) -> u64 {
         let numbers: usize = self.channels.iter().chain([&self.stretch]).map(Vec::capacity).sum();
-        (numbers * size_of::<f32>() + self.rays.capacity() * size_of::<RayLanes>()) as u64
+        ((numbers + self.safe.capacity()) * size_of::<f32>() + self.rays.capacity() * size_of::<RayLanes>())
+            as u64
     }
 }
 
@@ -163,7 +172,11 @@ impl<'a> Integrand<'a> {
             let first = Reals::load_array_ref(simd, &behind);
             let mut lengths = (Reals::load_array_ref(simd, &end) - first).to_array();
             let depths = (Reals::load_array_ref(simd, &depths) + first).to_array();
-            if let (Self::Radiance(_), Some(lamp)) = (self, frame.light().position()) {
+            let stretched =
+                |lane: usize| (depths[lane] + lengths[lane]) * sums.stretch[pixels[lane] as usize];
+            if let (Self::Radiance(_), Some(lamp)) = (self, frame.light().position())
+                && (0..count).any(|lane| !(stretched(lane) < sums.safe[pixels[lane] as usize]))
+            {
                 let lamp = lamp - frame.camera().eye();
                 let rays = sums.rays_of(&pixels);
                 let mut ends = [[0.0; LANES]; 2];
@@ -319,28 +332,48 @@ fn along_rays(frame: &Frame<'_>, rays: &RayLanes) -> [f64; LANES] {
     along
 }
 
+/// What t·h/d² of an interval's end may be at the most in f32: [`at_the_lamp`].
+const MOST: f64 = 16.0;
+
 /// Which intervals of a lamp must be integrated in f64, a bit each, by where they end on their rays: rounding t to f32
 /// shifts an end by 2⁻²⁴·t, where the light is as 1/d² and all of the ray has about 1/h, so the share that is lost is
 /// 2⁻²⁴·t·h/d²; a millionth is allowed. `lamp` is relative to the eye.
 #[inline(always)]
 fn at_the_lamp(lamp: DVec3, rays: &RayLanes, ends: &[[f64; LANES]; 2]) -> u32 {
-    const MOST: f64 = 16.0;
     let mut near = [0u32; LANES];
     for lane in 0..LANES {
-        let way = [0, 1, 2].map(|axis| rays.direction[axis][lane]);
-        let to_lamp = [0, 1, 2].map(|axis| lamp[axis] - rays.origin[axis][lane]);
-        let closest = to_lamp[0] * way[0] + to_lamp[1] * way[1] + to_lamp[2] * way[2];
-        let across = [
-            to_lamp[1] * way[2] - to_lamp[2] * way[1],
-            to_lamp[2] * way[0] - to_lamp[0] * way[2],
-            to_lamp[0] * way[1] - to_lamp[1] * way[0],
-        ];
-        let distance_sq = across[0] * across[0] + across[1] * across[1] + across[2] * across[2];
+        let (closest, distance_sq) = of_lamp(lamp, rays, lane);
         let distance = distance_sq.sqrt();
         let is_near = |t: f64| t * distance > MOST * (distance_sq + (t - closest) * (t - closest));
         near[lane] = u32::from(is_near(ends[0][lane]) | is_near(ends[1][lane])) << lane;
     }
     near.into_iter().fold(0, |all, bit| all | bit)
+}
+
+/// How far along rays no interval that ends there is one of [`at_the_lamp`]: that needs t > 16·h, for h the lamp's distance
+/// from the ray; a thousandth less, since t is compared in f32.
+#[inline(always)]
+fn safe_lengths(lamp: DVec3, rays: &RayLanes) -> [f32; LANES] {
+    let mut safe = [0.0; LANES];
+    for (lane, safe) in safe.iter_mut().enumerate() {
+        let (_, distance_sq) = of_lamp(lamp, rays, lane);
+        *safe = (0.999 * MOST * distance_sq.sqrt()) as f32;
+    }
+    safe
+}
+
+/// How far along a ray the lamp is closest, and the square of its distance there.
+#[inline(always)]
+fn of_lamp(lamp: DVec3, rays: &RayLanes, lane: usize) -> (f64, f64) {
+    let way = [0, 1, 2].map(|axis| rays.direction[axis][lane]);
+    let to_lamp = [0, 1, 2].map(|axis| lamp[axis] - rays.origin[axis][lane]);
+    let closest = to_lamp[0] * way[0] + to_lamp[1] * way[1] + to_lamp[2] * way[2];
+    let across = [
+        to_lamp[1] * way[2] - to_lamp[2] * way[1],
+        to_lamp[2] * way[0] - to_lamp[0] * way[2],
+        to_lamp[0] * way[1] - to_lamp[1] * way[0],
+    ];
+    (closest, across[0] * across[0] + across[1] * across[1] + across[2] * across[2])
 }
 
 /// The camera's depth behind a segment's start, from the parameter of a perspective map's segment.

@@ -64,6 +64,10 @@ pub trait MapLanes {
     /// where it is not known.
     fn holds(&self, corners: &Corners, end: f64) -> bool;
 
+    /// Whether no ray of a block, up to s = `end`, comes near the map's rectangle before the centre of a perspective map: all
+    /// lie beyond one of its borders, or behind it, by more than rounding moves. False where it is not known.
+    fn misses(&self, corners: &Corners, end: f64) -> bool;
+
     /// The parts `[from, to]` of rays that lie inside of the map's rectangle, and before the centre of a perspective map:
     /// one stretch a ray, since the region is convex; `from ≥ to` where there is none.
     fn clip(&self, paths: &MapPaths, from: &mut Wide, to: &mut Wide);
@@ -124,6 +128,25 @@ impl MapLanes for MapFan {
     }
 
     #[inline(always)]
+    fn misses(&self, corners: &Corners, end: f64) -> bool {
+        // Rays between the corners are mixtures of theirs, and so are their points.
+        let mut beyond = [true; 5];
+        for s in [0.0, end] {
+            for corner in 0..4 {
+                let at = |axis: usize| corners.start[axis][corner] + s * corners.step[axis][corner];
+                let (u, v, w) = (at(0), at(1), if self.perspective { at(2) } else { 1.0 });
+                let [width, height] = [self.size[0] * w, self.size[1] * w];
+                let least = -MISSED * (u.abs() + v.abs() + width.abs() + height.abs());
+                let values = [u, width - u, v, height - v, w];
+                for (beyond, value) in beyond.iter_mut().zip(values) {
+                    *beyond &= value < least;
+                }
+            }
+        }
+        beyond.contains(&true)
+    }
+
+    #[inline(always)]
     fn clip(&self, paths: &MapPaths, from: &mut Wide, to: &mut Wide) {
         let [u, v, depth] = [0, 1, 2].map(|axis| (&paths.start[axis], &paths.step[axis]));
         // Texel coordinates are u/w and v/w, w the depth of a perspective map and 1 of a parallel one: 0 ≤ u < width·w.
@@ -143,6 +166,9 @@ impl MapLanes for MapFan {
         }
     }
 }
+
+/// Part of a place's own size by which it must lie beyond a border: f64 rounds by a millionth of that.
+const MISSED: f64 = 1e-9;
 
 /// Shrinks `[from, to]` to where `value + s·slope` is ≥ 0, or > 0 if the border is open.
 #[inline(always)]

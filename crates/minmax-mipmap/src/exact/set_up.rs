@@ -67,6 +67,8 @@ type Crossing = [Wide; 2];
 struct BlockInLayer {
     /// Whether all its rays are inside from the eye to their ends; if not, its groups have [`Crossing`]s.
     whole: bool,
+    /// Whether none of them ever is.
+    missed: bool,
     slabs: Slabs,
 }
 
@@ -165,6 +167,11 @@ impl Found {
         let corner = [x + GROUP[0] - 1, y + GROUP[1] * GROUPS as u32 - 1];
         for ((layer, tree), crossings) in layers.iter().zip(trees.trees()).zip(&mut self.crossings) {
             let corners = layer.fan.corners(place, corner);
+            // Of a cube's faces most blocks meet one or two.
+            if layer.fan.misses(&corners, end) {
+                self.blocks.push(BlockInLayer { whole: false, missed: true, slabs: Slabs::UNKNOWN });
+                continue;
+            }
             let whole = layer.fan.holds(&corners, end);
             let mut range = [0.0, end];
             if !whole {
@@ -192,7 +199,7 @@ impl Found {
                 Slabs::UNKNOWN
             };
             let slabs = if whole_intervals { slabs.with_whole_intervals() } else { slabs };
-            self.blocks.push(BlockInLayer { whole, slabs });
+            self.blocks.push(BlockInLayer { whole, missed: false, slabs });
         }
     }
 
@@ -211,7 +218,10 @@ impl Found {
         self.open.clear();
         self.open.push([[0.0; LANES], *ends]);
         for (index, layer) in layers.iter().enumerate() {
-            let BlockInLayer { whole, slabs } = self.blocks[index];
+            let BlockInLayer { whole, missed, slabs } = self.blocks[index];
+            if missed {
+                continue;
+            }
             let [from, to] = &self.crossings[index][group];
             let mut sink = Sink {
                 segments: &mut self.segments[index],

@@ -87,7 +87,9 @@ impl TileWork {
         let pixels = (TILE[0] * TILE[1]) as usize;
         self.sums.clear(origin, TILE[0], pixels);
         if !scene.integrand.is_length() {
-            self.sums.lay_rays(scene.frame.camera());
+            let eye = scene.frame.camera().eye();
+            let lamp = scene.frame.light().position().map(|lamp| lamp - eye);
+            self.sums.lay_rays(scene.frame.camera(), lamp);
         }
         self.found.clear(scene.layers.len(), pixels);
         self.set_up(simd, scene, size);

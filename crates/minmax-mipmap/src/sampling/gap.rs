@@ -10,6 +10,7 @@ use scatter_core::Frame;
 
 use super::bilateral::{LEAST_WEIGHT, weight};
 use super::lattice::Lattice;
+use super::line_columns::LineColumns;
 use super::line_samples::LineSamples;
 
 /// Pixels that wait to be marched before a gap goes on.
@@ -32,33 +33,15 @@ pub struct GapPass<'a> {
     pub correction: bool,
 }
 
-/// Two neighbouring samples of one slice, around a place.
-#[derive(Clone, Copy)]
-struct Pair {
-    ends: [f32; 2],
-    /// Weights of the two: 0 for both where the place is beyond the slice.
-    parts: [f32; 2],
-    indices: [usize; 2],
-}
-
-impl Pair {
-    #[inline(always)]
-    fn new(samples: &LineSamples, along: f64) -> Self {
-        if samples.count == 0 {
-            return Self { ends: [0.0; 2], parts: [0.0; 2], indices: [0; 2] };
-        }
-        let place = ((along - samples.first) / samples.step) as f32;
-        let last = (samples.count - 1) as f32;
-        // Pixels a sample or a pixel before the first one still see it.
-        let slack = 1.0f32.max((1.0 / samples.step.abs()) as f32);
-        let inside = place >= -slack && place <= last + slack;
-        let clamped = place.max(0.0).min(last);
-        let one = (clamped as usize).min(samples.count.saturating_sub(2));
-        let other = (one + 1).min(samples.count - 1);
-        let part = clamped - one as f32;
-        let parts = if inside { [1.0 - part, part] } else { [0.0; 2] };
-        Self { ends: [samples.ends[one], samples.ends[other]], parts, indices: [one, other] }
-    }
+/// One side of a gap: a slice's line through the fan's pixels, its samples, and what the fan's columns take of them.
+#[derive(Debug, Default)]
+pub struct Side {
+    /// The samples.
+    pub samples: LineSamples,
+    /// The line.
+    pub line: Borders,
+    /// The samples by column.
+    pub columns: LineColumns,
 }
 
 impl GapPass<'_> {
@@ -68,8 +51,7 @@ impl GapPass<'_> {
     pub fn fill(
         &self,
         (fan, pixels): (&Fan, &FanPixels),
-        [own, next]: [&Borders; 2],
-        samples: [&LineSamples; 2],
+        sides: [&Side; 2],
         first: usize,
         left: &mut Vec<[u32; 2]>,
     ) -> usize {
@@ -80,87 +62,82 @@ impl GapPass<'_> {
         let depth = self.frame.depth().texels();
         let limit = self.frame.max_distance() as f32;
         let lattice = self.lattice;
-        for offset in first..pixels.ranges.len() {
-            if left.len() >= LEFT_AT_ONCE {
-                return offset;
-            }
-            let [from, to] = [own.pixels[offset], next.pixels[offset]];
+        let count = pixels.ranges.len();
+        // Of a nearer and a farther one, the difference is a part of the nearer one.
+        let (more, less) = (1.0 + self.threshold, 1.0 / (1.0 + self.threshold));
+        let [own, next] = sides;
+        let borders = own.line.pixels[..count].iter().zip(&next.line.pixels[..count]);
+        for (offset, (&from, &to)) in borders.enumerate().skip(first) {
             let column = pixels.columns[0] + offset as u32;
             if from >= to || !lattice.holds(column, length) {
                 continue;
             }
-            let along = f64::from(column) + 0.5;
-            let pairs = samples.map(|samples| Pair::new(samples, along));
-            let ends = [pairs[0].ends[0], pairs[0].ends[1], pairs[1].ends[0], pairs[1].ends[1]];
-            let mut shares = [[0.0f32; 4]; 3];
-            for (channel, shares) in shares[..self.channels].iter_mut().enumerate() {
-                for (side, (pair, samples)) in pairs.iter().zip(samples).enumerate() {
-                    if samples.count > 0 {
-                        shares[2 * side] = samples.shares[channel][pair.indices[0]];
-                        shares[2 * side + 1] = samples.shares[channel][pair.indices[1]];
-                    }
-                }
+            if left.len() >= LEFT_AT_ONCE {
+                return offset;
             }
-            let line = own.minors[offset];
-            let gap = next.minors[offset] - line;
+            let line = own.line.minors[offset];
+            let gap = next.line.minors[offset] - line;
             let per_gap = if gap > 0.0 { 1.0 / gap } else { 0.0 };
             let half = if gap > 0.0 { 0.0 } else { 0.5 };
-            let mut along = [[0.0f32; 2]; 3];
-            for (along, shares) in along.iter_mut().zip(&shares) {
-                *along = [0, 1].map(|side| {
-                    let [one, other] = pairs[side].parts;
-                    one * shares[2 * side] + other * shares[2 * side + 1]
-                });
-            }
-            let alike = alike(&pairs, &ends, self.threshold);
+            // Between these depths a pixel's ray ends if all four samples count in full for it: most pixels. Nowhere, if the
+            // place is beyond one of the slices.
+            let alike = [
+                less * own.columns.farthest[offset].max(next.columns.farthest[offset]),
+                more * own.columns.nearest[offset].min(next.columns.nearest[offset]),
+            ];
+            let at_column = column as usize * strides[0];
             for row in lattice.within(from, to, breadth) {
                 let part = ((row as f32 - line) * per_gap + half).clamp(0.0, 1.0);
-                let place = column as usize * strides[0] + row as usize * strides[1];
+                let place = at_column + row as usize * strides[1];
                 let end = depth[place].min(limit);
                 if end >= alike[0] && end <= alike[1] {
-                    for (channel, [one, other]) in along[..self.channels].iter().enumerate() {
+                    let between = own.columns.shares[..self.channels].iter().zip(&next.columns.shares);
+                    for (channel, (own, next)) in between.enumerate() {
+                        let (one, other) = (own[offset], next[offset]);
                         self.shares.put(place, channel, one + part * (other - one));
                     }
-                    continue;
-                }
-                let sides = [1.0 - part, part];
-                let mut weights = [0.0f32; 4];
-                let mut sum = 0.0;
-                for tap in 0..4 {
-                    let bilinear = sides[tap / 2] * pairs[tap / 2].parts[tap % 2];
-                    weights[tap] = bilinear * weight(end, ends[tap], self.threshold);
-                    sum += weights[tap];
-                }
-                if !(sum >= LEAST_WEIGHT) {
-                    if self.correction {
-                        left.push([column, row as u32]);
-                        continue;
-                    }
-                    weights = [0.0; 4];
-                    weights[nearest(end, &ends, samples)] = 1.0;
-                    sum = 1.0;
-                }
-                for (channel, own) in shares[..self.channels].iter().enumerate() {
-                    let share = weights.iter().zip(own).map(|(weight, own)| weight * own).sum::<f32>();
-                    self.shares.put(place, channel, share / sum);
+                } else if !self.fill_by_depth(sides, offset, place, end, part) {
+                    left.push([column, row as u32]);
                 }
             }
         }
-        pixels.ranges.len()
+        count
     }
-}
 
-/// Between which depths a pixel's ray ends if all four samples count in full for it: most pixels. Nowhere, if the place is beyond
-/// one of the slices.
-#[inline(always)]
-fn alike(pairs: &[Pair; 2], ends: &[f32; 4], threshold: f32) -> [f32; 2] {
-    if pairs.iter().any(|pair| pair.parts == [0.0; 2]) {
-        return [f32::INFINITY, f32::NEG_INFINITY];
+    /// Fills one pixel by the weights of the four samples beside it; `false` if it is to be marched.
+    #[inline(never)]
+    fn fill_by_depth(&self, sides: [&Side; 2], offset: usize, place: usize, end: f32, part: f32) -> bool {
+        let pairs = sides.map(|side| side.columns.pair(&side.samples, offset));
+        let samples = sides.map(|side| &side.samples);
+        let ends = [pairs[0].ends[0], pairs[0].ends[1], pairs[1].ends[0], pairs[1].ends[1]];
+        let across = [1.0 - part, part];
+        let mut weights = [0.0f32; 4];
+        let mut sum = 0.0;
+        for tap in 0..4 {
+            let bilinear = across[tap / 2] * pairs[tap / 2].parts[tap % 2];
+            weights[tap] = bilinear * weight(end, ends[tap], self.threshold);
+            sum += weights[tap];
+        }
+        if !(sum >= LEAST_WEIGHT) {
+            if self.correction {
+                return false;
+            }
+            weights = [0.0; 4];
+            weights[nearest(end, &ends, samples)] = 1.0;
+            sum = 1.0;
+        }
+        for channel in 0..self.channels {
+            let mut share = 0.0;
+            for (tap, weight) in weights.iter().enumerate() {
+                let side = tap / 2;
+                if samples[side].count > 0 {
+                    share += weight * samples[side].shares[channel][pairs[side].indices[tap % 2]];
+                }
+            }
+            self.shares.put(place, channel, share / sum);
+        }
+        true
     }
-    let nearest = ends.iter().fold(f32::INFINITY, |a, &b| a.min(b));
-    let farthest = ends.iter().fold(0.0f32, |a, &b| a.max(b));
-    // Of a nearer and a farther one, the difference is a part of the nearer one.
-    [farthest / (1.0 + threshold), nearest * (1.0 + threshold)]
 }
 
 /// The sample whose ray ends nearest.

@@ -22,14 +22,15 @@ impl Lattice {
     #[inline(always)]
     pub fn holds(self, at: u32, length: u32) -> bool {
         let first = self.first(length);
-        at >= first && (at - first).is_multiple_of(self.factor)
+        self.factor == 1 || (at >= first && (at - first).is_multiple_of(self.factor))
     }
 
     /// The lattice's coordinates in `from..to`.
     #[inline(always)]
     pub fn within(self, from: i32, to: i32, length: u32) -> impl Iterator<Item = i32> {
         let (first, factor) = (self.first(length) as i32, self.factor as i32);
-        let ahead = (first - from).rem_euclid(factor);
+        // A division a column, where most frames need none.
+        let ahead = if factor == 1 { 0 } else { (first - from).rem_euclid(factor) };
         let start = (from + ahead).max(first);
         (start..to).step_by(factor as usize)
     }

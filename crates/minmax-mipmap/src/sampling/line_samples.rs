@@ -2,7 +2,8 @@
 //! 6.1, 6.2 and 6.5).
 //!
 //! A slice enters the image at the epipole, or at the border, and leaves it at its exit. Between the two, samples are evenly
-//! spaced, a pixel apart at the least: where a slice has fewer pixels than samples, it has fewer samples ("rescaled lines").
+//! spaced, a pixel apart at the least: where a slice has fewer pixels than samples, it has fewer samples ("rescaled lines"), one in
+//! the middle of each column of the image that it crosses, or of every second, third or fourth.
 //!
 //! A bit a sample says whether it is marched: one in [`initial`](crate::Options::initial), more of them near the epipole, the
 //! last one, and both sides of every edge. So no edge lies within a stretch between two that are marched, and the samples
@@ -12,8 +13,9 @@
 //! in the light, that is what their rays lack; where both end in the dark, what they have. The paper interpolates
 //! radiance, which is wrong for lit rays of different lengths by as much as the closed form curves.
 
+use epipolar::driver::SliceView;
 use epipolar::geometry::{Epipole, Major, Slice};
-use scatter_core::Frame;
+use scatter_core::{Frame, sun_interval_f32};
 
 use crate::slices::SliceRay;
 
@@ -163,9 +165,14 @@ impl LineSamples {
         if !(pixels > 0.0) {
             return;
         }
-        let wanted = (pixels.floor() as usize + 1).clamp(2, settings.samples);
-        let step = (span[1] - span[0]) / (wanted - 1) as f64;
-        (self.first, self.step) = if ascending { (span[0], step) } else { (span[1], -step) };
+        // Light is closest to the epipole: what is left over of a line that begins there is at the border.
+        let left_before = match centre {
+            Some(centre) if span.contains(&centre) => f64::from(u8::from(!ascending)),
+            _ => 0.5,
+        };
+        let (ends, wanted) = laid_in(span, pixels, settings.samples, left_before);
+        let step = (ends[1] - ends[0]) / (wanted - 1) as f64;
+        (self.first, self.step) = if ascending { (ends[0], step) } else { (ends[1], -step) };
         self.count = wanted;
         self.find_ends(frame, slice, major, [length, breadth]);
         for buffers in [&mut self.shares, &mut self.lit, &mut self.whole] {
@@ -190,6 +197,36 @@ impl LineSamples {
             index += (settings.initial / finer).max(1);
         }
         self.marched.set(wanted - 1, true);
+    }
+
+    /// Lays the view rays of all samples in the slice's plane; returns the farthest light ray in which one of them ends.
+    #[inline(always)]
+    pub fn lay_rays(&mut self, slice: &SliceView<'_>) -> f32 {
+        let Self { rays, ends, first, step, count, .. } = self;
+        rays.resize(*count, SliceRay { sine: 1.0, cosine: 0.0, rank: 0.0, end: 0.0 });
+        let (first, step) = (*first - 0.5, *step);
+        let rays = &mut rays[..*count];
+        for (index, (ray, &end)) in rays.iter_mut().zip(&*ends).enumerate() {
+            *ray = SliceRay::new(slice, first + step * index as f64, f64::from(end));
+        }
+        let reach = rays.iter().fold(0.0f64, |reach, ray| {
+            let own = light_ray(slice, ray.end, ray.sine, ray.cosine);
+            if own > reach { own } else { reach }
+        });
+        reach as f32
+    }
+
+    /// Fills in what all rays would have without a shadow, under a sun in uniform air.
+    #[inline(always)]
+    pub fn fill_wholes(&mut self, sigma_t: [f32; 3], channels: usize) {
+        for (channel, whole) in self.whole[..channels].iter_mut().enumerate() {
+            let sigma = sigma_t[channel];
+            for (whole, &end) in whole.iter_mut().zip(&self.ends) {
+                let own = sun_interval_f32(sigma, 0.0, end);
+                // One channel is the sum of three that are alike, as `LightSums` has it.
+                *whole = if channels == 1 { own + own + own } else { own };
+            }
+        }
     }
 
     /// Where the rays of samples end: at the depth of the pixel in which they lie.
@@ -223,12 +260,6 @@ impl LineSamples {
         self.fresh.copy_of(&self.marched);
         // The last sample has nothing behind it.
         debug_assert!(self.marched.next(self.count).is_none());
-    }
-
-    /// The pixel column, counted along the major axis and fractional, of a sample: c is the middle of column c.
-    #[inline(always)]
-    pub fn column(&self, index: usize) -> f64 {
-        self.first + self.step * index as f64 - 0.5
     }
 
     /// The next stretch of samples that are not marched, as the two marched ones around it, from a marched one on.
@@ -351,6 +382,37 @@ enum Kept {
     Share,
 }
 
+/// The light ray in which a view ray ends, a little farther than it is: rows end there in f32.
+#[inline(always)]
+pub fn light_ray(slice: &SliceView<'_>, end: f64, sine: f64, cosine: f64) -> f64 {
+    let end = end.min(f64::from(f32::MAX));
+    (slice.light.light_ray(end, sine, cosine) * (1.0 + 1e-6)).min(f64::from(f32::MAX))
+}
+
+/// Columns of the image that samples in the middle of columns are apart at the most: as many may be left over at the image's
+/// border, which take the last sample for their own.
+const FARTHEST: f64 = 4.0;
+
+/// Part of the samples that there may be which must be laid if they are to lie in the middle of columns.
+const FEWEST: f64 = 0.75;
+
+/// Where the first and the last of the samples of a span lie, and how many there are: in the middle of every column of the image,
+/// of every second, third or fourth, so that nothing has to be interpolated along the slice there; where that is more than there may
+/// be, or far fewer, evenly. `left_before`: which part of the columns that are left over is before the first one.
+fn laid_in(span: [f64; 2], pixels: f64, most: usize, left_before: f64) -> ([f64; 2], usize) {
+    let evenly = (pixels.floor() as usize + 1).clamp(2, most);
+    let middles = [(span[0] - 0.5).ceil() + 0.5, (span[1] - 0.5).floor() + 0.5];
+    let columns = middles[1] - middles[0] + 1.0;
+    let apart = (columns / most as f64).ceil().max(1.0);
+    let steps = ((columns - 1.0) / apart).floor();
+    let are_enough = steps >= FEWEST * most as f64 || apart == 1.0;
+    if steps >= 1.0 && apart <= FARTHEST && are_enough {
+        let first = middles[0] + (left_before * (columns - 1.0 - steps * apart)).floor();
+        return ([first, first + steps * apart], steps as usize + 1);
+    }
+    (span, evenly)
+}
+
 /// Where a slice's line enters the image and where it leaves it, along its major axis; not before the epipole.
 fn span_in_image(
     slice: &Slice,
@@ -408,6 +470,22 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn samples_lie_in_the_middle_of_columns_where_they_may_be_as_many() {
+        let laid = |span, most, left| laid_in(span, 25.0, most, left);
+        assert_eq!(laid([20.2, 40.0], 64, 0.5), ([20.5, 39.5], 20));
+        assert_eq!(laid([20.5, 39.5], 20, 0.5), ([20.5, 39.5], 20));
+        assert_eq!(laid([20.6, 39.4], 64, 0.5), ([21.5, 38.5], 18));
+        // Every second, and of the three columns that are left over of every fourth one before the first.
+        assert_eq!(laid([20.2, 40.0], 11, 0.0), ([20.5, 38.5], 10));
+        assert_eq!(laid([20.2, 40.0], 11, 1.0), ([21.5, 39.5], 10));
+        assert_eq!(laid([20.2, 40.0], 5, 0.5), ([21.5, 37.5], 5));
+        // A column more than there may be samples, too few of them, and a single column: evenly from end to end.
+        assert_eq!(laid([20.2, 40.0], 19, 0.5), ([20.2, 40.0], 19));
+        assert_eq!(laid([20.2, 40.0], 4, 0.5), ([20.2, 40.0], 4));
+        assert_eq!(laid([20.2, 20.9], 64, 0.5), ([20.2, 20.9], 26));
     }
 
     #[test]

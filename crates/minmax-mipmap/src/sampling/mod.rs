@@ -3,6 +3,7 @@
 //! ```text
 //! line_samples   a slice's samples, the edges between them, which are marched   Sections 6.1, 6.2
 //! pass           marches through the slice's tree, interpolation                Sections 6.4, 6.5
+//! line_columns   samples by the columns of their fan                            Section 6.6
 //! gap            pixels between two slices, by bilateral weights                Section 6.6
 //! pass           pixels that no sample serves, by their own rays                Section 6.7
 //! upscale        from one pixel in 2×2 or 4×4 to all of them                    Section 6.8
@@ -19,6 +20,7 @@
 mod bilateral;
 mod gap;
 mod lattice;
+mod line_columns;
 mod line_samples;
 mod pass;
 mod upscale;

@@ -1,13 +1,13 @@
 //! The slices of a fan, one after the other: samples, marches, interpolation, and the pixels in the gaps between them.
 
-use epipolar::driver::{Borders, FrameLight, Shares, SliceAngles, SliceScene, SliceView};
+use epipolar::driver::{FrameLight, Shares, SliceAngles, SliceScene, SliceView};
 use epipolar::geometry::{ColumnOrder, Fan, FanPixels, Major, Slice};
 use glam::DVec2;
 use scatter_core::at_level;
 
-use super::gap::{GapPass, LEFT_AT_ONCE};
+use super::gap::{GapPass, LEFT_AT_ONCE, Side};
 use super::lattice::Lattice;
-use super::line_samples::{LineSamples, SampleSettings};
+use super::line_samples::{LineSamples, SampleSettings, light_ray};
 use crate::options::{Edges, MOST_HALVINGS, Options};
 use crate::slices::{SliceMarch, SliceRay};
 
@@ -41,13 +41,6 @@ pub struct Worker {
     pub counts: Counts,
 }
 
-/// One slice: its samples, and its line through the pixels of its fan.
-#[derive(Debug, Default)]
-struct Side {
-    samples: LineSamples,
-    line: Borders,
-}
-
 /// Counts that do not depend on the machine.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Counts {
@@ -75,6 +68,7 @@ impl Worker {
         for side in self.sides.iter_mut().chain(&mut self.middles[..halvings]) {
             side.samples.reserve(samples, pass.channels);
             side.line.reserve(columns);
+            side.columns.reserve(columns, pass.channels);
         }
         // A column of a gap and a row of the image have no more pixels.
         for list in [&mut self.left, &mut self.steep] {
@@ -97,7 +91,9 @@ impl Worker {
                 .sides
                 .iter()
                 .chain(&self.middles)
-                .map(|side| side.samples.memory_bytes() + side.line.memory_bytes())
+                .map(|side| {
+                    side.samples.memory_bytes() + side.line.memory_bytes() + side.columns.memory_bytes()
+                })
                 .sum::<usize>()
             + (self.left.capacity() + self.steep.capacity()) * size_of::<[u32; 2]>()
     }
@@ -112,7 +108,7 @@ impl SamplingPass<'_> {
             sides.swap(0, 1);
             let [_, own] = &mut sides;
             own.line.follow(self.scene.simd, fan, pixels, slices, index);
-            self.sample(fan, pixels, &slices[index], &mut own.samples, worker);
+            self.sample(fan, pixels, &slices[index], own, worker);
             if index > range.start {
                 let between = [&slices[index - 1], &slices[index]];
                 self.gap((fan, pixels), between, [&sides[0], &sides[1]], 0, worker);
@@ -135,7 +131,7 @@ impl SamplingPass<'_> {
             let middle = Slice::through(&self.scene.epipole, fan.major, 0.5 * (a.exit + b.exit));
             let mut own = std::mem::take(&mut worker.middles[depth as usize]);
             own.line.follow(self.scene.simd, fan, pixels, &[*a, middle, *b], 1);
-            self.sample(fan, pixels, &middle, &mut own.samples, worker);
+            self.sample(fan, pixels, &middle, &mut own, worker);
             self.gap((fan, pixels), [a, &middle], [sides[0], &own], depth + 1, worker);
             self.gap((fan, pixels), [&middle, b], [&own, sides[1]], depth + 1, worker);
             worker.middles[depth as usize] = own;
@@ -149,17 +145,22 @@ impl SamplingPass<'_> {
             threshold: self.options.refinement,
             correction: self.options.correction,
         };
-        let lines = sides.map(|side| &side.line);
         let mut column = 0;
         while column < pixels.ranges.len() {
             let left = &mut worker.left;
-            column = at_level!(self.scene.simd, gap.fill((fan, pixels), lines, samples, column, left));
+            column = at_level!(self.scene.simd, gap.fill((fan, pixels), sides, column, left));
             self.correct(fan.major, worker);
         }
     }
 
-    /// Lays the samples of a slice, marches some and interpolates the others.
-    fn sample(
+    /// Lays the samples of a slice, marches some and interpolates the others, and all of them to the fan's columns.
+    fn sample(&self, fan: &Fan, pixels: &FanPixels, slice: &Slice, side: &mut Side, worker: &mut Worker) {
+        self.sample_line(fan, pixels, slice, &mut side.samples, worker);
+        let (first, count) = (pixels.columns[0], pixels.ranges.len());
+        at_level!(self.scene.simd, side.columns.fill(&side.samples, first, count, self.channels));
+    }
+
+    fn sample_line(
         &self,
         fan: &Fan,
         pixels: &FanPixels,
@@ -184,24 +185,17 @@ impl SamplingPass<'_> {
         }
         let order = ColumnOrder { columns, ascending: fan.ascending == scene.epipole.outward };
         let slice = at_level!(scene.simd, SliceView::new(scene, *slice, fan.major, order, angles));
-        let mut reach = 0.0f64;
-        samples.rays.clear();
-        for index in 0..samples.count {
-            let ray = SliceRay::new(&slice, samples.column(index), f64::from(samples.ends[index]));
-            reach = reach.max(light_ray(&slice, ray.end, ray.sine, ray.cosine));
-            samples.rays.push(ray);
-        }
-        let slice = slice.up_to(reach as f32);
+        let reach = at_level!(scene.simd, samples.lay_rays(&slice));
+        let slice = slice.up_to(reach);
         march.lay(&slice, options.tree);
         if options.edges == Edges::Row {
-            let mut before = None;
-            for index in 0..samples.count {
-                let lit = march.end_is_lit(&slice, &samples.rays[index]);
+            let (mut before, edges) = (None, &mut samples.edges);
+            march.ends_are_lit(&slice, &samples.rays, |index, lit| {
                 if before.is_some_and(|before| before != lit) {
-                    samples.edges.set(index - 1, true);
+                    edges.set(index - 1, true);
                 }
                 before = Some(lit);
-            }
+            });
         }
         samples.march_edges();
         self.march(&slice, march, samples);
@@ -239,19 +233,24 @@ impl SamplingPass<'_> {
                 break;
             }
         }
-        // Of the others, those that need it are asked for what they would have without a shadow.
-        march.clear();
-        samples.for_each_whole(channels, white, |index| march.unlit_ray(slice, &samples.rays[index]));
-        march.sums.finish(self.light, simd, true);
-        let mut whole = std::mem::take(&mut samples.whole);
-        let mut ray = 0;
-        samples.for_each_whole(channels, white, |index| {
-            for (channel, whole) in whole[..channels].iter_mut().enumerate() {
-                whole[index] = march.sums.light(ray, channel, channels)[1];
-            }
-            ray += 1;
-        });
-        samples.whole = whole;
+        // Of the others, those that need it are asked for what they would have without a shadow: under a sun in uniform air all,
+        // which costs less than to choose.
+        if let FrameLight::Sun { sigma_t, .. } = *self.light {
+            at_level!(simd, samples.fill_wholes(sigma_t, channels));
+        } else {
+            march.clear();
+            samples.for_each_whole(channels, white, |index| march.unlit_ray(slice, &samples.rays[index]));
+            march.sums.finish(self.light, simd, true);
+            let mut whole = std::mem::take(&mut samples.whole);
+            let mut ray = 0;
+            samples.for_each_whole(channels, white, |index| {
+                for (channel, whole) in whole[..channels].iter_mut().enumerate() {
+                    whole[index] = march.sums.light(ray, channel, channels)[1];
+                }
+                ray += 1;
+            });
+            samples.whole = whole;
+        }
         samples.interpolate(channels, white);
     }
 
@@ -351,11 +350,4 @@ fn differ([one, other]: [&LineSamples; 2], options: &Options, channels: usize) -
         differing += usize::from(differs);
     }
     DIFFERING * differing > one.count
-}
-
-/// The light ray in which a view ray ends, a little farther than it is: rows end there in f32.
-#[inline(always)]
-fn light_ray(slice: &SliceView<'_>, end: f64, sine: f64, cosine: f64) -> f64 {
-    let end = end.min(f64::from(f32::MAX));
-    (slice.light.light_ray(end, sine, cosine) * (1.0 + 1e-6)).min(f64::from(f32::MAX))
 }

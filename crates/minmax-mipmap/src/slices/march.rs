@@ -95,13 +95,19 @@ impl SliceMarch {
         self.sums.begin(direction(slice, ray), ray.end as f32);
     }
 
-    /// Whether the surface in which a ray ends is lit: [`SliceRow::end_is_lit`].
+    /// Calls `each(index, lit)` for all of some rays, whose surfaces at their ends are lit or not: [`SliceRow::end_is_lit`].
     #[inline(never)]
-    pub fn end_is_lit(&mut self, slice: &SliceView<'_>, ray: &SliceRay) -> bool {
+    pub fn ends_are_lit(
+        &mut self,
+        slice: &SliceView<'_>,
+        rays: &[SliceRay],
+        mut each: impl FnMut(usize, bool),
+    ) {
         let before = self.row.columns_read();
-        let lit = self.row.end_is_lit(slice, ray);
+        for (index, ray) in rays.iter().enumerate() {
+            each(index, self.row.end_is_lit(slice, ray));
+        }
         self.counts.columns_read += self.row.columns_read() - before;
-        lit
     }
 
     /// Bytes held.

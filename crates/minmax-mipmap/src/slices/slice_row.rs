@@ -25,11 +25,11 @@ pub(super) const BLOCK: usize = TILE_SIDE;
 /// The level of a node that is a block.
 pub(super) const BLOCK_LEVEL: u32 = BLOCK.trailing_zeros();
 
-/// Nodes of a block, one of them unused: a power of two.
+/// Nodes of a block below its own, two of them unused: a power of two.
 const BLOCK_NODES: usize = 2 * BLOCK;
 
-/// Levels above blocks, at the most: 2¹⁶ texels are 2¹² blocks.
-const UPPER: usize = 13;
+/// Levels from blocks on, at the most: 2¹⁶ texels are 2¹² blocks.
+const UPPER: usize = 14;
 
 /// View coordinates are certain to that many columns: more than f32 rounds at 8,192 columns, well below a column.
 const CERTAIN: f32 = 1.0 / 64.0;
@@ -64,6 +64,7 @@ pub(super) struct RowLine {
     /// The level of its coarsest nodes.
     pub top: u32,
     first_block: usize,
+    /// Where the nodes of blocks, and of every level above them, begin.
     upper: [usize; UPPER],
 }
 
@@ -91,7 +92,7 @@ impl SliceRow {
         let blocks = lines * (side.div_ceil(BLOCK) + 2);
         self.clear();
         self.lines.reserve(lines);
-        self.make_room(blocks, 2 * blocks + lines * UPPER);
+        self.make_room(blocks, 3 * blocks + lines * UPPER);
     }
 
     fn clear(&mut self) {
@@ -130,12 +131,12 @@ impl SliceRow {
             let mut count = line.blocks as usize;
             line.top = BLOCK_LEVEL;
             for first in &mut line.upper {
+                *first = upper;
+                upper += count;
                 if count <= 1 {
                     break;
                 }
                 count = count.div_ceil(2);
-                *first = upper;
-                upper += count;
                 line.top += 1;
             }
         }
@@ -143,13 +144,14 @@ impl SliceRow {
         self.is_read[..block].fill(false);
         if kind != TreeKind::None {
             for line in &lines {
-                self.raise(slice, line);
+                at_level!(slice.scene().simd, self.raise(slice, line));
             }
         }
         self.lines = lines;
     }
 
     /// The nodes of a line's blocks, from the tiles, and those above them.
+    #[inline(always)]
     fn raise(&mut self, slice: &SliceView<'_>, row: &RowLine) {
         let tiles = slice.scene().tiles.layer(row.layer);
         let line = &row.line;
@@ -157,10 +159,11 @@ impl SliceRow {
         let [minor, slope] = line.minor;
         let first_tile = line.first / BLOCK as i32;
         let blocks = row.blocks as usize;
-        let nodes = &mut self.nodes[row.first_block..][..blocks];
+        let nodes = &mut self.upper[row.upper[0]..][..blocks];
         let at = |column: f32| (column - line.consumed).max(0.0).min(line.length);
-        let texel = |t: f32| (minor + slope * t).floor().max(0.0).min(line.last_minor) as usize / BLOCK;
-        for (block, nodes) in nodes.iter_mut().enumerate() {
+        // Not negative, so that a cast rounds down.
+        let texel = |t: f32| (minor + slope * t).max(0.0).min(line.last_minor) as i32 as usize / BLOCK;
+        for (block, node) in nodes.iter_mut().enumerate() {
             let column = (block * BLOCK) as f32 - row.before as f32;
             let ends = [at(column), at(column + BLOCK as f32)];
             let along = (first_tile + line.advance * block as i32) as usize;
@@ -171,7 +174,7 @@ impl SliceRow {
                 tiles.extrema[place]
             });
             let depths = [one[0].min(other[0]), one[1].max(other[1])];
-            nodes[BLOCK_NODES - 2] = match self.kind {
+            *node = match self.kind {
                 TreeKind::Chen => {
                     let mut seen = UNDECIDED_NONE;
                     for t in ends {
@@ -185,19 +188,12 @@ impl SliceRow {
             };
         }
         let mut count = blocks;
-        for level in BLOCK_LEVEL + 1..=row.top {
-            let own = row.upper[(level - BLOCK_LEVEL - 1) as usize];
-            for index in 0..count.div_ceil(2) {
-                let below = |index: usize| {
-                    let index = index.min(count - 1);
-                    if level == BLOCK_LEVEL + 1 {
-                        self.nodes[row.first_block + index][BLOCK_NODES - 2]
-                    } else {
-                        self.upper[row.upper[(level - BLOCK_LEVEL - 2) as usize] + index]
-                    }
-                };
-                let [one, other] = [below(2 * index), below(2 * index + 1)];
-                self.upper[own + index] = [one[0].min(other[0]), one[1].max(other[1])];
+        for level in 1..=(row.top - BLOCK_LEVEL) as usize {
+            let (finer, coarser) = self.upper.split_at_mut(row.upper[level]);
+            let finer = &finer[row.upper[level - 1]..][..count];
+            for (node, below) in coarser.iter_mut().zip(finer.chunks(2)) {
+                let [one, other] = [below[0], below[below.len() - 1]];
+                *node = [one[0].min(other[0]), one[1].max(other[1])];
             }
             count = count.div_ceil(2);
         }
@@ -207,8 +203,8 @@ impl SliceRow {
     /// [`Self::read`] has read theirs.
     #[inline(always)]
     pub(super) fn node(&self, row: &RowLine, level: u32, index: u32) -> Extrema {
-        if level > BLOCK_LEVEL {
-            return self.upper[row.upper[(level - BLOCK_LEVEL - 1) as usize] + index as usize];
+        if level >= BLOCK_LEVEL {
+            return self.upper[row.upper[(level - BLOCK_LEVEL) as usize] + index as usize];
         }
         let below = BLOCK_LEVEL - level;
         let within = index as usize & ((1 << below) - 1);
@@ -240,6 +236,10 @@ impl SliceRow {
         let texels = slice.texels(row.layer);
         let (kind, view_columns) = (self.kind, self.view_columns);
         at_level!(slice.scene().simd, read_block(row, texels, (kind, view_columns), block, cells, nodes));
+        if kind != TreeKind::None {
+            // The row's own texels are fewer than those of its tiles.
+            self.upper[row.upper[0] + block] = nodes[BLOCK_NODES - 2];
+        }
     }
 
     /// Bytes held.
@@ -293,8 +293,9 @@ fn read_block(
         let column = ((block * BLOCK + lane) as i32 - row.before as i32).clamp(0, last);
         let start = (column as f32 - line.consumed).max(0.0).min(line.length);
         let end = (column as f32 + 1.0 - line.consumed).min(line.length);
-        let one = (minor + slope * start).floor().max(0.0).min(line.last_minor);
-        let other = (minor + slope * end).floor().max(0.0).min(line.last_minor);
+        // Not negative, so that a cast rounds down.
+        let one = (minor + slope * start).max(0.0).min(line.last_minor) as i32 as f32;
+        let other = (minor + slope * end).max(0.0).min(line.last_minor) as i32 as f32;
         let crossing = ((one.max(other) - minor) * per_slope).max(start).min(end);
         from[lane] = start;
         to[lane] = end;

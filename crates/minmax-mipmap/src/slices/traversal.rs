@@ -164,58 +164,85 @@ impl SliceRow {
 
     /// Whether the surface in which a ray ends is lit as the row has it: shadows' edges on what the camera sees. Surfaces that are
     /// in the map themselves count as lit, by the farthest of three columns and two texels' width.
+    #[inline(always)]
     pub fn end_is_lit(&mut self, slice: &SliceView<'_>, ray: &SliceRay) -> bool {
         let lamp = slice.light.lamp_distance();
         for index in 0..self.lines.len() {
-            let row = self.lines[index];
-            let Some(on_line) = RayOnLine::new(&row.line, lamp, ray) else { return true };
-            if !on_line.ends {
-                continue;
+            let row = &self.lines[index];
+            match end_on_line(&row.line, lamp, ray) {
+                None => return true,
+                Some(RayEnd { t, .. }) if t == f64::INFINITY => continue,
+                Some(end) => return self.end_is_lit_on(slice, index, &end),
             }
-            let (first, last) = (row.before, row.before + row.line.columns - 1);
-            let own = ((on_line.t_end + f64::from(row.line.consumed)) as u32 + first).min(last);
-            let value = on_line.value(on_line.t_end);
-            // Depths within two texels' width of the surface are the surface.
-            let is_before = |farthest: f32| {
-                let farthest = f64::from(farthest);
-                match row.line.depth_along {
-                    DepthAlong::Parallel { light_ray: [_, per_texel], .. } => {
-                        value <= farthest + 2.0 * per_texel
-                    }
-                    DepthAlong::Perspective { towards, across, .. } => {
-                        let per_texel = (towards[1] * towards[1] + across[1] * across[1]).sqrt();
-                        // Both are −1/depth.
-                        value * (1.0 + 2.0 * per_texel) <= farthest
-                    }
-                }
-            };
-            if self.kind == TreeKind::Yusov && own > first && own < last {
-                // Most surfaces are under a roof, or nothing is above them: tiles know that.
-                let blocks =
-                    [own - 1, own + 1].map(|column| self.node(&row, BLOCK_LEVEL, column >> BLOCK_LEVEL));
-                if blocks.iter().any(|[nearest, _]| value <= f64::from(*nearest)) {
-                    return true;
-                }
-                if !blocks.iter().any(|[_, farthest]| is_before(*farthest)) {
-                    return false;
-                }
-            }
-            let mut farthest = f32::NEG_INFINITY;
-            for column in own.saturating_sub(1).max(first)..=(own + 1).min(last) {
-                if !self.is_read(&row, column) {
-                    self.read(slice, &row, column);
-                }
-                let [one, other] = self.cells(&row, column).keys;
-                farthest = farthest.max(one).max(other);
-            }
-            return is_before(farthest);
         }
         true
+    }
+
+    #[inline(always)]
+    fn end_is_lit_on(&mut self, slice: &SliceView<'_>, index: usize, end: &RayEnd) -> bool {
+        let RayEnd { t, value, least } = *end;
+        let row = &self.lines[index];
+        let (first, last) = (row.before, row.before + row.line.columns - 1);
+        let own = ((t + f64::from(row.line.consumed)) as i32 as u32 + first).min(last);
+        // Depths within two texels' width of the surface are the surface.
+        let is_before = |farthest: f32| least <= f64::from(farthest);
+        if self.kind == TreeKind::Yusov && own > first && own < last {
+            // Most surfaces are under a roof, or nothing is above them: tiles know that.
+            let blocks = [own - 1, own + 1].map(|column| self.node(row, BLOCK_LEVEL, column >> BLOCK_LEVEL));
+            if blocks.iter().any(|[nearest, _]| value <= f64::from(*nearest)) {
+                return true;
+            }
+            if !blocks.iter().any(|[_, farthest]| is_before(*farthest)) {
+                return false;
+            }
+        }
+        let row = *row;
+        let mut farthest = f32::NEG_INFINITY;
+        for column in own.saturating_sub(1).max(first)..=(own + 1).min(last) {
+            if !self.is_read(&row, column) {
+                self.read(slice, &row, column);
+            }
+            let [one, other] = self.cells(&row, column).keys;
+            farthest = farthest.max(one).max(other);
+        }
+        is_before(farthest)
     }
 
     /// Texel columns that were read from the map since the slice was laid.
     pub fn columns_read(&self) -> u64 {
         self.columns_read
+    }
+}
+
+/// Where a ray ends on a line.
+#[derive(Clone, Copy)]
+struct RayEnd {
+    /// Its place \[texels\]; ∞ beyond the line.
+    t: f64,
+    /// What is compared with keys there, and the least of it that counts as the surface.
+    value: f64,
+    least: f64,
+}
+
+/// Where a ray ends on a line: [`RayOnLine`], of which no more than that is asked. `None` where it ends before the line begins.
+#[inline(always)]
+fn end_on_line(line: &MapLine, lamp: Option<f64>, ray: &SliceRay) -> Option<RayEnd> {
+    match line.depth_along {
+        DepthAlong::Parallel { start, across, to_light, light_ray: [from, per_texel] } => {
+            let gamma = ray.end * ray.sine;
+            let t = (gamma - from) / per_texel;
+            let value = start + across * gamma + to_light * (ray.end * ray.cosine);
+            let t = if t <= f64::from(line.length) { t } else { f64::INFINITY };
+            (t > 0.0).then_some(RayEnd { t, value, least: value - 2.0 * per_texel })
+        }
+        DepthAlong::Perspective { towards, across, .. } => {
+            let on_line = RayOnLine::new(line, lamp, ray)?;
+            let per_texel = (towards[1] * towards[1] + across[1] * across[1]).sqrt();
+            let value = on_line.value(on_line.t_end);
+            let t = if on_line.ends { on_line.t_end } else { f64::INFINITY };
+            // Both are −1/depth.
+            Some(RayEnd { t, value, least: value * (1.0 + 2.0 * per_texel) })
+        }
     }
 }
 
