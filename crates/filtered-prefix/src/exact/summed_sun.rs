@@ -1,19 +1,23 @@
-//! A sun in a uniform medium, for rows of many edges and for coloured light: every view ray is a few look-ups in sums over the lit
-//! runs before its end.
+//! A sun in a uniform medium, for rows of many edges and for coloured light: sums over all lit runs answer every view ray of a slice.
 //!
 //! The light of a run on the view ray at the angle β is `e^{−x_a·y} − e^{−x_b·y}` with y = 1/sin β, x = σ·γ. As a function of y it is
-//! interpolated between four knots (Chebyshev's, in bands of y so narrow that the remainder does not count), each of which has
+//! interpolated between four knots (equally spaced, in bands of y so narrow that the remainder does not count), each of which has
 //! sums of its own: the exact counterpart of the reference rays of a filtered row.
+
+use std::ops::Range;
 
 use epipolar::driver::SliceQueries;
 
-use super::lit_prefix::{KNOTS, LitPrefix, Terms};
+use super::column_sums::{ColumnSums, Terms, WeighedRuns};
 use super::task::ExactTask;
 use crate::weights::absorbed;
 
+/// Knots of a band: one a lane of its sums.
+const KNOTS: usize = 4;
+
 /// Remainder of the interpolation, relative to the light of a run, over the fourth power of a band's width in optical depth, times
-/// its exponential: `2·(Δ/4)⁴/4!`.
-const REMAINDER: f64 = 2.0 / (256.0 * 24.0);
+/// its exponential: `(Δ/3)⁴/4!`, by a product of distances to the knots of at most 1.
+const REMAINDER: f64 = 1.0 / (81.0 * 24.0);
 
 /// Remainder below which f32 sums no longer gain.
 const LEAST_ERROR: f64 = 2e-6;
@@ -24,10 +28,13 @@ const WIDEST: f64 = 4.0;
 /// Buffers for the sums of a slice.
 #[derive(Debug, Default)]
 pub struct SummedSun {
-    sums: LitPrefix,
-    weights: Vec<Terms>,
-    /// `1 − e^{−x·y}` up to a run's start, by each knot.
-    absorbed: [Vec<f32>; KNOTS],
+    columns: ColumnSums,
+    /// Light of each run, by each knot.
+    weights: Vec<Terms<KNOTS>>,
+    /// `1 − e^{−x·y}` up to a run's start by the first knot, and from there to the next knot.
+    absorbed: [Vec<f32>; 2],
+    /// What each view ray has lit before its last run, by each knot.
+    lit: Vec<Terms<KNOTS>>,
     /// Own losses of each view ray: up to the start of its last run, and up to its end.
     own: [Vec<f32>; 2],
 }
@@ -52,7 +59,6 @@ pub fn band_ratio(deepest: f64, error: f64) -> f64 {
 struct Band {
     from: f32,
     to: f32,
-    knots: Terms,
 }
 
 impl Band {
@@ -62,33 +68,30 @@ impl Band {
         let from = ratio.powf(power);
         // Rounding may put a border itself on its other side.
         let from = if from > f64::from(cosecant) { from / ratio } else { from };
-        let to = from * ratio;
-        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-        let knots = std::array::from_fn(|knot| {
-            let angle = (2.0 * knot as f64 + 1.0) * std::f64::consts::PI / (2.0 * KNOTS as f64);
-            (middle + half * angle.cos()) as f32
-        });
-        Self { from: from as f32, to: to as f32, knots }
+        Self { from: from as f32, to: (from * ratio) as f32 }
+    }
+
+    /// From knot to knot.
+    #[inline(always)]
+    fn step(self) -> f32 {
+        (self.to - self.from) * (1.0 / (KNOTS as f32 - 1.0))
     }
 
     /// The parts of the knots at a place (Lagrange).
     #[inline(always)]
-    fn parts(&self, at: f32) -> Terms {
-        std::array::from_fn(|knot| {
-            let mut part = 1.0;
-            for other in (0..KNOTS).filter(|&other| other != knot) {
-                part *= (at - self.knots[other]) / (self.knots[knot] - self.knots[other]);
-            }
-            part
-        })
+    fn parts(self, at: f32) -> Terms<KNOTS> {
+        let t = (at - self.from) / self.step();
+        let [a, b, c, d] = [t, t - 1.0, t - 2.0, t - 3.0];
+        [b * c * d * (-1.0 / 6.0), a * c * d * 0.5, a * b * d * -0.5, a * b * c * (1.0 / 6.0)]
     }
 }
 
 impl SummedSun {
     /// Room for slices of so many runs, columns and queries.
     pub fn reserve(&mut self, runs: usize, columns: usize, queries: usize) {
-        self.sums.reserve(runs, columns);
+        self.columns.reserve(runs, columns, queries, KNOTS);
         self.weights.resize((runs + 1).max(self.weights.len()), [0.0; KNOTS]);
+        self.lit.resize(queries.max(self.lit.len()), [0.0; KNOTS]);
         for list in &mut self.absorbed {
             list.resize((runs + 2).max(list.len()), 0.0);
         }
@@ -99,21 +102,17 @@ impl SummedSun {
 
     /// Writes the shares of the view rays in doubt, in bands of a ratio a channel.
     ///
-    /// A band costs two passes over its runs and a few additions for each that becomes lit; a view ray three look-ups and two
-    /// exponentials, a channel.
+    /// A band costs two exponentials and three additions a run, and as many exponentials and a few wide additions a view ray.
     #[inline(always)]
     pub fn sum(&mut self, task: &ExactTask<'_>, ratios: &[f64; 3], queries: &mut SliceQueries) {
         let sines = task.slice.sines();
-        let cosecant = |place: usize| {
-            let ray = task.doubted[place] as usize;
-            1.0 / sines[task.asked.columns[ray] as usize]
-        };
+        let sine = |place: usize| sines[task.asked.columns[task.doubted[place] as usize] as usize];
         for (channel, &ratio) in ratios.iter().enumerate().take(task.channels) {
             let mut first = 0;
             while first < task.doubted.len() {
-                let band = Band::of(cosecant(first), ratio);
+                let band = Band::of(1.0 / sine(first), ratio);
                 let mut end = first + 1;
-                while end < task.doubted.len() && (band.from..band.to).contains(&cosecant(end)) {
+                while end < task.doubted.len() && (band.from..band.to).contains(&(1.0 / sine(end))) {
                     end += 1;
                 }
                 self.sum_band(task, channel, (band, first..end), queries);
@@ -127,7 +126,7 @@ impl SummedSun {
         &mut self,
         task: &ExactTask<'_>,
         channel: usize,
-        (band, range): (Band, std::ops::Range<usize>),
+        (band, range): (Band, Range<usize>),
         queries: &mut SliceQueries,
     ) {
         let ExactTask { slice, runs, asked, .. } = task;
@@ -137,39 +136,33 @@ impl SummedSun {
         let sigma = slice.frame().medium().sigma_t()[channel] as f32;
         self.fill_weights(task, channel, (band, used), sigma);
         self.fill_own(task, rays, sigma);
-        let rank = |place: usize| asked.ranks[rays[place] as usize];
-        let count = rays.len();
-        let [a, b] = [rank(0), rank(count - 1)];
-        let lowest = a.min(b);
-        let (mut of_column, mut parts) = (u32::MAX, [0.0; KNOTS]);
-        self.sums.fill(
-            &runs.lit[..used + 1],
-            &self.weights[..used + 1],
-            lowest,
-            (a.max(b) - lowest) as usize + 1,
-        );
+        let of_ray = |place: usize| {
+            let ray = rays[place] as usize;
+            (asked.ranks[ray], asked.ends[ray])
+        };
+        let [(a, _), (b, _)] = [of_ray(0), of_ray(rays.len() - 1)];
+        let first = a.min(b);
+        let weighed = WeighedRuns {
+            lit: &runs.lit[..=used],
+            weights: &self.weights[..=used],
+            first,
+            columns: (a.max(b) - first) as usize + 1,
+        };
+        self.columns.sum(weighed, of_ray, &mut self.lit[..rays.len()]);
         let colour = runs.colour(channel);
-        let is_white = runs.colours.is_none();
+        let brightest = if runs.colours.is_none() { 1.0 } else { f32::MAX };
         let shares = queries.open(0..queries.len()).shares;
         let Some(shares) = shares.into_iter().nth(channel) else { return };
-        for step in 0..count {
-            let place = if slice.order.ascending { count - 1 - step } else { step };
-            let ray = rays[place] as usize;
-            let rank = asked.ranks[ray];
-            self.sums.advance((rank - lowest) as usize, &self.weights[..used + 1]);
-            if of_column != asked.columns[ray] {
-                of_column = asked.columns[ray];
-                parts = band.parts(1.0 / slice.sines()[of_column as usize]);
-            }
+        let losses = self.own[0].iter().zip(&self.own[1]);
+        for ((&ray, before), (&at_start, &whole)) in rays.iter().zip(&self.lit).zip(losses) {
+            let ray = ray as usize;
+            let parts = band.parts(1.0 / slice.sines()[asked.columns[ray] as usize]);
+            let lit: f32 = before.iter().zip(&parts).map(|(sum, part)| sum * part).sum();
             let run = asked.ends[ray] as usize;
-            let before = self.sums.before(run);
-            let mut lit: f32 = before.iter().zip(&parts).map(|(sum, part)| sum * part).sum();
-            let [at_start, whole] = [self.own[0][place], self.own[1][place]];
-            if runs.lit[run] > rank {
-                lit += colour.map_or(1.0, |colour| colour[run]) * (whole - at_start).max(0.0);
-            }
-            let share = if whole > 0.0 { (lit / whole).max(0.0) } else { 1.0 };
-            shares[asked.queries[ray] as usize] = if is_white { share.min(1.0) } else { share };
+            let is_lit = if runs.lit[run] > asked.ranks[ray] { 1.0 } else { 0.0 };
+            let last = is_lit * colour.map_or(1.0, |colour| colour[run]) * (whole - at_start).max(0.0);
+            let share = ((lit + last) / whole).max(0.0).min(brightest);
+            shares[asked.queries[ray] as usize] = if whole > 0.0 { share } else { 1.0 };
         }
     }
 
@@ -183,23 +176,30 @@ impl SummedSun {
         sigma: f32,
     ) {
         let starts = &task.runs.starts[..=used];
-        for (absorbed_up_to, knot) in self.absorbed.iter_mut().zip(band.knots) {
-            let extinction = sigma * knot;
-            for (loss, &start) in absorbed_up_to.iter_mut().zip(starts) {
+        for (list, cosecant) in self.absorbed.iter_mut().zip([band.from, band.step()]) {
+            let extinction = sigma * cosecant;
+            for (loss, &start) in list.iter_mut().zip(starts) {
                 *loss = absorbed(extinction * start);
             }
         }
-        for knot in 0..KNOTS {
-            let losses = &self.absorbed[knot][..=used];
-            for (weight, pair) in self.weights.iter_mut().zip(losses.windows(2)) {
-                weight[knot] = (pair[1] - pair[0]).max(0.0);
-            }
+        // What is absorbed by the next knot is so by this one, or of what is left by the step between them: nothing cancels.
+        let [first, step] = &self.absorbed;
+        let by_knots = self.weights[..=used].iter_mut().zip(first.iter().zip(step));
+        for (losses, (&first, &step)) in by_knots {
+            let next = |loss: f32| loss + (1.0 - loss) * step;
+            let (second, third) = (next(first), next(next(first)));
+            *losses = [first, second, third, next(third)];
+        }
+        for run in 0..used {
+            let [from, to] = [self.weights[run], self.weights[run + 1]];
+            self.weights[run] = std::array::from_fn(|knot| (to[knot] - from[knot]).max(0.0));
         }
         if let Some(colour) = task.runs.colour(channel) {
             for (weight, &colour) in self.weights[..used].iter_mut().zip(colour) {
                 weight.iter_mut().for_each(|weight| *weight *= colour);
             }
         }
+        // Only view rays that end in it ask for the last one.
         self.weights[used] = [0.0; KNOTS];
     }
 
@@ -222,7 +222,8 @@ impl SummedSun {
     /// Bytes held.
     pub fn memory_bytes(&self) -> usize {
         let floats = self.absorbed.iter().chain(&self.own).map(Vec::capacity).sum::<usize>();
-        self.sums.memory_bytes() + size_of::<Terms>() * self.weights.capacity() + 4 * floats
+        let terms = self.weights.capacity() + self.lit.capacity();
+        self.columns.memory_bytes() + size_of::<Terms<KNOTS>>() * terms + 4 * floats
     }
 }
 
@@ -258,7 +259,9 @@ mod tests {
                         let parts = band.parts(at as f32);
                         // Up to where the ray is as deep as can be.
                         for x in [0.1, 0.5, 1.0].map(|part| part * deepest / at) {
-                            let knots = band.knots.map(|knot| (-x * f64::from(knot)).exp());
+                            let knots = [0.0, 1.0, 2.0, 3.0]
+                                .map(|knot| f64::from(band.from) + knot * f64::from(band.step()));
+                            let knots = knots.map(|knot| (-x * knot).exp());
                             let found: f64 =
                                 knots.iter().zip(parts).map(|(knot, part)| knot * f64::from(part)).sum();
                             let exact = (-x * at).exp();
