@@ -5,9 +5,11 @@ mod coloured;
 mod column_sums;
 mod edge_sums;
 mod stretches;
+mod summed_lamp;
 mod summed_sun;
 mod task;
 
-pub use stretches::ExactSums;
+pub use stretches::{ExactSums, has_many_edges};
+pub use summed_lamp::{LampFactors, SummedLamp};
 pub use summed_sun::band_ratio;
 pub use task::{ExactTask, Ways};

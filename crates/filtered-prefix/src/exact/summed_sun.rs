@@ -106,15 +106,18 @@ impl SummedSun {
     #[inline(always)]
     pub fn sum(&mut self, task: &ExactTask<'_>, ratios: &[f64; 3], queries: &mut SliceQueries) {
         let sines = task.slice.sines();
-        let sine = |place: usize| sines[task.asked.columns[task.doubted[place] as usize] as usize];
+        let columns = &task.asked.columns;
+        let count = columns.len();
         for (channel, &ratio) in ratios.iter().enumerate().take(task.channels) {
             let mut first = 0;
-            while first < task.doubted.len() {
-                let band = Band::of(1.0 / sine(first), ratio);
-                let mut end = first + 1;
-                while end < task.doubted.len() && (band.from..band.to).contains(&(1.0 / sine(end))) {
-                    end += 1;
-                }
+            while first < count {
+                let band = Band::of(1.0 / sines[columns[first] as usize], ratio);
+                let is_beyond = |&column: &u32| {
+                    let cosecant = 1.0 / sines[column as usize];
+                    !(cosecant >= band.from && cosecant < band.to)
+                };
+                let end = columns[first + 1..].iter().position(is_beyond);
+                let end = end.map_or(count, |more| first + 1 + more);
                 self.sum_band(task, channel, (band, first..end), queries);
                 first = end;
             }
@@ -126,21 +129,18 @@ impl SummedSun {
         &mut self,
         task: &ExactTask<'_>,
         channel: usize,
-        (band, range): (Band, Range<usize>),
+        (band, rays): (Band, Range<usize>),
         queries: &mut SliceQueries,
     ) {
         let ExactTask { slice, runs, asked, .. } = task;
-        let rays = &task.doubted[range];
-        let used = rays.iter().map(|&ray| asked.ends[ray as usize]).max().unwrap_or(0) as usize;
-        self.reserve(used + 1, slice.order.count(), rays.len());
+        let (columns, ranks) = (&asked.columns[rays.clone()], &asked.ranks[rays.clone()]);
+        let (ends, gammas) = (&asked.ends[rays.clone()], &asked.gammas[rays.clone()]);
+        let count = ends.len();
+        let used = ends.iter().fold(0, |a, &b| a.max(b)) as usize;
+        self.reserve(used + 1, slice.order.count(), count);
         let sigma = slice.frame().medium().sigma_t()[channel] as f32;
         self.fill_weights(task, channel, (band, used), sigma);
-        self.fill_own(task, rays, sigma);
-        let of_ray = |place: usize| {
-            let ray = rays[place] as usize;
-            (asked.ranks[ray], asked.ends[ray])
-        };
-        let [(a, _), (b, _)] = [of_ray(0), of_ray(rays.len() - 1)];
+        let [a, b] = [ranks[0], ranks[count - 1]];
         let first = a.min(b);
         let weighed = WeighedRuns {
             lit: &runs.lit[..=used],
@@ -148,21 +148,35 @@ impl SummedSun {
             first,
             columns: (a.max(b) - first) as usize + 1,
         };
-        self.columns.sum(weighed, of_ray, &mut self.lit[..rays.len()]);
+        self.columns.sum(weighed, (ranks, ends), &mut self.lit[..count]);
+        // What each view ray loses itself up to the start of its last run, and up to its end.
+        let [at_start, at_end] = &mut self.own;
+        let own = at_start.iter_mut().zip(at_end.iter_mut());
+        for (((at_start, at_end), &column), (&run, &gamma)) in own.zip(columns).zip(ends.iter().zip(gammas)) {
+            let extinction = sigma / slice.sines()[column as usize];
+            *at_start = extinction * runs.starts[run as usize];
+            *at_end = extinction * gamma;
+        }
+        for list in &mut self.own {
+            list[..count].iter_mut().for_each(|depth| *depth = absorbed(*depth));
+        }
         let colour = runs.colour(channel);
         let brightest = if runs.colours.is_none() { 1.0 } else { f32::MAX };
         let shares = queries.open(0..queries.len()).shares;
         let Some(shares) = shares.into_iter().nth(channel) else { return };
         let losses = self.own[0].iter().zip(&self.own[1]);
-        for ((&ray, before), (&at_start, &whole)) in rays.iter().zip(&self.lit).zip(losses) {
-            let ray = ray as usize;
-            let parts = band.parts(1.0 / slice.sines()[asked.columns[ray] as usize]);
-            let lit: f32 = before.iter().zip(&parts).map(|(sum, part)| sum * part).sum();
-            let run = asked.ends[ray] as usize;
-            let is_lit = if runs.lit[run] > asked.ranks[ray] { 1.0 } else { 0.0 };
+        let rays = asked.queries[rays].iter().zip(columns).zip(ranks.iter().zip(ends));
+        for (((&query, &column), (&rank, &run)), (before, (&at_start, &whole))) in
+            rays.zip(self.lit.iter().zip(losses))
+        {
+            let parts = band.parts(1.0 / slice.sines()[column as usize]);
+            let lit =
+                (before[0] * parts[0] + before[1] * parts[1]) + (before[2] * parts[2] + before[3] * parts[3]);
+            let run = run as usize;
+            let is_lit = if runs.lit[run] > rank { 1.0 } else { 0.0 };
             let last = is_lit * colour.map_or(1.0, |colour| colour[run]) * (whole - at_start).max(0.0);
             let share = ((lit + last) / whole).max(0.0).min(brightest);
-            shares[asked.queries[ray] as usize] = if whole > 0.0 { share } else { 1.0 };
+            shares[query as usize] = if whole > 0.0 { share } else { 1.0 };
         }
     }
 
@@ -201,22 +215,6 @@ impl SummedSun {
         }
         // Only view rays that end in it ask for the last one.
         self.weights[used] = [0.0; KNOTS];
-    }
-
-    /// What each view ray loses itself up to the start of its last run, and up to its end.
-    #[inline(always)]
-    fn fill_own(&mut self, task: &ExactTask<'_>, rays: &[u32], sigma: f32) {
-        let asked = task.asked;
-        let [at_start, at_end] = &mut self.own;
-        for ((at_start, at_end), &ray) in at_start.iter_mut().zip(at_end.iter_mut()).zip(rays) {
-            let ray = ray as usize;
-            let extinction = sigma / task.slice.sines()[asked.columns[ray] as usize];
-            *at_start = extinction * task.runs.starts[asked.ends[ray] as usize];
-            *at_end = extinction * asked.gammas[ray];
-        }
-        for list in &mut self.own {
-            list[..rays.len()].iter_mut().for_each(|depth| *depth = absorbed(*depth));
-        }
     }
 
     /// Bytes held.
