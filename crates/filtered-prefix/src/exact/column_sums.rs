@@ -41,27 +41,41 @@ pub struct ColumnSums {
     next: Vec<u32>,
 }
 
+/// Sums side by side, as wide as an instruction can be.
+type Wide = [f32; 16];
+
 /// Factors of what lies before a place among [`SIDE`], from `SIDE − place` on.
-const BEFORE: [f32; 2 * SIDE] = {
-    let mut factors = [0.0; 2 * SIDE];
-    let mut place = 0;
-    while place < SIDE {
-        factors[place] = 1.0;
-        place += 1;
-    }
-    factors
-};
+struct Before<const N: usize>;
 
-/// Sums side by side.
-type Lanes<const N: usize> = [Terms<N>; SIDE];
+impl<const N: usize> Before<N> {
+    const FACTORS: [Terms<N>; 2 * SIDE] = {
+        let mut factors = [[0.0; N]; 2 * SIDE];
+        let mut place = 0;
+        while place < SIDE {
+            factors[place] = [1.0; N];
+            place += 1;
+        }
+        factors
+    };
+}
 
-/// Adds those of sixteen sums that lie before a place.
+/// Adds those of sixteen sums that lie before a place. (In plain lists of numbers: compilers would shuffle groups of them.)
 #[inline(always)]
-fn add_before<const N: usize>(lanes: &mut Lanes<N>, sums: &[Terms<N>], place: usize) {
-    let sums = &sums[place / SIDE * SIDE..][..SIDE];
-    let factors = &BEFORE[SIDE - place % SIDE..][..SIDE];
-    for (lane, (sum, factor)) in lanes.iter_mut().zip(sums.iter().zip(factors)) {
-        *lane = std::array::from_fn(|term| lane[term] + factor * sum[term]);
+fn add_before<const N: usize>(lanes: &mut [Wide; 2], sums: &[Terms<N>], place: usize) {
+    let sums = sums[place / SIDE * SIDE..][..SIDE].as_flattened().as_chunks::<16>().0;
+    let factors = Before::<N>::FACTORS[SIDE - place % SIDE..][..SIDE].as_flattened().as_chunks::<16>().0;
+    for (index, (sums, factors)) in sums.iter().zip(factors).enumerate() {
+        let own = lanes[index % 2];
+        lanes[index % 2] = std::array::from_fn(|lane| own[lane] + factors[lane] * sums[lane]);
+    }
+}
+
+/// Adds sixteen sums.
+#[inline(always)]
+fn add_all<const N: usize>(lanes: &mut [Wide; 2], sums: &[Terms<N>]) {
+    for (index, sums) in sums.as_flattened().as_chunks::<16>().0.iter().enumerate() {
+        let own = lanes[index % 2];
+        lanes[index % 2] = std::array::from_fn(|lane| own[lane] + sums[lane]);
     }
 }
 
@@ -70,15 +84,19 @@ fn add<const N: usize>(sum: &mut Terms<N>, terms: &Terms<N>) {
     *sum = std::array::from_fn(|term| sum[term] + terms[term]);
 }
 
-/// The sum of all lanes: halves on halves, as wide as they are.
+/// The sum of all lanes of a term: halves on halves.
 #[inline(always)]
-fn total<const N: usize>(lanes: &Lanes<N>) -> Terms<N> {
-    let pair = |a: &Terms<N>, b: &Terms<N>| std::array::from_fn(|term| a[term] + b[term]);
-    let halves: [Terms<N>; SIDE / 2] =
-        std::array::from_fn(|lane| pair(&lanes[lane], &lanes[lane + SIDE / 2]));
-    let quarters: [Terms<N>; SIDE / 4] =
-        std::array::from_fn(|lane| pair(&halves[lane], &halves[lane + SIDE / 4]));
-    pair(&pair(&quarters[0], &quarters[2]), &pair(&quarters[1], &quarters[3]))
+fn total<const N: usize>([a, b]: &[Wide; 2]) -> Terms<N> {
+    let sixteen: Wide = std::array::from_fn(|lane| a[lane] + b[lane]);
+    let eight: [f32; 8] = std::array::from_fn(|lane| sixteen[lane] + sixteen[lane + 8]);
+    let four: [f32; 4] = std::array::from_fn(|lane| eight[lane] + eight[lane + 4]);
+    let two = [four[0] + four[2], four[1] + four[3]];
+    std::array::from_fn(|term| match N {
+        8 => eight[term],
+        4 => four[term],
+        2 => two[term],
+        _ => two[0] + two[1],
+    })
 }
 
 impl ColumnSums {
@@ -127,11 +145,11 @@ impl ColumnSums {
                 let index = query as usize;
                 let seen_before = columns - (ranks[index] - first) as usize;
                 let block = seen_before / SIDE;
-                let mut lanes = [[0.0; N]; SIDE];
+                let mut lanes = [[0.0; 16]; 2];
                 add_before(&mut lanes, sums, seen_before);
                 add_before(&mut lanes, blocks, block);
                 for blocks in blocks[..block / SIDE * SIDE].chunks_exact(SIDE) {
-                    lanes.iter_mut().zip(blocks).for_each(|(lane, block)| add(lane, block));
+                    add_all(&mut lanes, blocks);
                 }
                 out[index] = total(&lanes);
                 query = next[index];
