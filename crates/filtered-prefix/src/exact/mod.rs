@@ -4,6 +4,7 @@
 mod coloured;
 mod column_sums;
 mod edge_sums;
+mod lit_prefix;
 mod stretches;
 mod summed_lamp;
 mod summed_sun;

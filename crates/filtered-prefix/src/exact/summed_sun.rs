@@ -9,11 +9,9 @@ use std::ops::Range;
 use epipolar::driver::SliceQueries;
 
 use super::column_sums::{ColumnSums, Terms, WeighedRuns};
+use super::lit_prefix::{KNOTS, LitPrefix};
 use super::task::ExactTask;
 use crate::weights::absorbed;
-
-/// Knots of a band: one a lane of its sums.
-const KNOTS: usize = 4;
 
 /// Remainder of the interpolation, relative to the light of a run, over the fourth power of a band's width in optical depth, times
 /// its exponential: `(Δ/3)⁴/4!`, by a product of distances to the knots of at most 1.
@@ -29,6 +27,7 @@ const WIDEST: f64 = 4.0;
 #[derive(Debug, Default)]
 pub struct SummedSun {
     columns: ColumnSums,
+    prefix: LitPrefix,
     /// Light of each run, by each knot.
     weights: Vec<Terms<KNOTS>>,
     /// `1 − e^{−x·y}` up to a run's start by the first knot, and from there to the next knot.
@@ -90,6 +89,7 @@ impl SummedSun {
     /// Room for slices of so many runs, columns and queries.
     pub fn reserve(&mut self, runs: usize, columns: usize, queries: usize) {
         self.columns.reserve(runs, columns, queries, KNOTS);
+        self.prefix.reserve(runs, columns);
         self.weights.resize((runs + 1).max(self.weights.len()), [0.0; KNOTS]);
         self.lit.resize(queries.max(self.lit.len()), [0.0; KNOTS]);
         for list in &mut self.absorbed {
@@ -142,13 +142,20 @@ impl SummedSun {
         self.fill_weights(task, channel, (band, used), sigma);
         let [a, b] = [ranks[0], ranks[count - 1]];
         let first = a.min(b);
-        let weighed = WeighedRuns {
-            lit: &runs.lit[..=used],
-            weights: &self.weights[..=used],
-            first,
-            columns: (a.max(b) - first) as usize + 1,
-        };
-        self.columns.sum(weighed, (ranks, ends), &mut self.lit[..count]);
+        let (lit, weights) = (&runs.lit[..=used], &self.weights[..=used]);
+        let columns_asked = (a.max(b) - first) as usize + 1;
+        if count > used {
+            // Runs are added behind themselves, so that the many view rays are three look-ups each.
+            self.prefix.fill(lit, weights, first, columns_asked);
+            for step in 0..count {
+                let ray = if slice.order.ascending { count - 1 - step } else { step };
+                self.prefix.advance((ranks[ray] - first) as usize, weights);
+                self.lit[ray] = self.prefix.before(ends[ray] as usize);
+            }
+        } else {
+            let weighed = WeighedRuns { lit, weights, first, columns: columns_asked };
+            self.columns.sum(weighed, (ranks, ends), &mut self.lit[..count]);
+        }
         // What each view ray loses itself up to the start of its last run, and up to its end.
         let [at_start, at_end] = &mut self.own;
         let own = at_start.iter_mut().zip(at_end.iter_mut());
@@ -221,7 +228,10 @@ impl SummedSun {
     pub fn memory_bytes(&self) -> usize {
         let floats = self.absorbed.iter().chain(&self.own).map(Vec::capacity).sum::<usize>();
         let terms = self.weights.capacity() + self.lit.capacity();
-        self.columns.memory_bytes() + size_of::<Terms<KNOTS>>() * terms + 4 * floats
+        self.columns.memory_bytes()
+            + self.prefix.memory_bytes()
+            + size_of::<Terms<KNOTS>>() * terms
+            + 4 * floats
     }
 }
 
