@@ -87,6 +87,7 @@ impl SummedLamp {
         if factors.are_there() {
             let SliceRoom { columns, queries, .. } = *room;
             self.make_room((runs, columns, queries), factors.integrand.lanes());
+            self.cone.clear();
             self.cone.reserve(factors.integrand.buffer_len());
             for tables in &mut self.tables {
                 tables.resize(factors.integrand.buffer_len().max(tables.len()), 0.0);
