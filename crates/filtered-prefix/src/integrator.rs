@@ -7,7 +7,7 @@ use epipolar::driver::{SliceQueries, SliceRoom, SliceSetup, SliceView, TileUse, 
 use epipolar::rows::{Row, RunIndex, TexturedRow};
 use scatter_core::{Light, RenderStats, at_level};
 
-use crate::exact::{ExactSums, ExactTask, Ways, band_ratio};
+use crate::exact::{ExactSums, ExactTask, LampFactors, SummedLamp, Ways, band_ratio, has_many_edges};
 use crate::fourier::{FourierAnswers, FourierRow, Terms};
 use crate::moments::{Answer, MomentAnswers, MomentRow, bias_of};
 use crate::options::{Basis, Filter, Options, Weighting};
@@ -40,6 +40,7 @@ pub struct PrefixIntegrator {
     longest: f64,
     is_lamp: bool,
     ways: Ways,
+    lamp: LampFactors,
     own_map: OwnMap,
 }
 
@@ -58,10 +59,10 @@ pub struct PrefixScratch {
     terms: Terms,
     answers: Vec<Answer>,
     shares: Vec<f32>,
-    /// Whether a view ray is in doubt, and which are.
+    /// Whether a view ray is in doubt.
     is_doubted: Vec<bool>,
-    doubted: Vec<u32>,
     exact: ExactSums,
+    summed_lamp: SummedLamp,
     counts: Counts,
 }
 
@@ -73,6 +74,7 @@ struct Counts {
     filtered: u64,
     uniform: u64,
     answered: u64,
+    summed: u64,
     exact: u64,
 }
 
@@ -86,6 +88,7 @@ impl PrefixIntegrator {
             longest: FARTHEST,
             is_lamp: false,
             ways: Ways::default(),
+            lamp: LampFactors::default(),
             own_map: OwnMap::default(),
         }
     }
@@ -99,8 +102,8 @@ impl PrefixIntegrator {
 impl SliceIntegrator for PrefixIntegrator {
     type Scratch = PrefixScratch;
 
-    fn set_up(&mut self, setup: &SliceSetup<'_>) {
-        let SliceSetup { setup, longest_ray, .. } = *setup;
+    fn set_up(&mut self, slices: &SliceSetup<'_>) {
+        let SliceSetup { setup, longest_ray, .. } = *slices;
         let medium = setup.medium();
         let sigma_t = medium.sigma_t();
         self.is_lamp = !matches!(setup.light(), Light::Directional(_));
@@ -112,7 +115,12 @@ impl SliceIntegrator for PrefixIntegrator {
         } else {
             sigma_t.into_iter().map(reach).fold(0.0, f64::max).min(longest_ray).clamp(1e-30, 1e30)
         };
-        let Options { weighting, tolerance, .. } = self.options;
+        let Options { weighting, tolerance, certified, filter, .. } = self.options;
+        if self.is_lamp && certified && filter == Filter::Auto {
+            self.lamp.rebuild(slices, tolerance);
+        } else {
+            self.lamp.clear();
+        }
         let deepest = sigma_t.into_iter().fold(0.0, f64::max) * longest_ray;
         // The light of a lamp has its own way, which may be as long as the view ray's.
         let deepest = if self.is_lamp { 2.0 * deepest } else { deepest };
@@ -168,9 +176,8 @@ impl SliceIntegrator for PrefixIntegrator {
         scratch.answers.resize(queries.max(scratch.answers.len()), Answer::default());
         scratch.shares.resize(queries.max(scratch.shares.len()), 0.0);
         scratch.is_doubted.resize(queries.max(scratch.is_doubted.len()), false);
-        scratch.doubted.clear();
-        scratch.doubted.reserve(queries);
         scratch.exact.reserve(runs, columns, queries);
+        scratch.summed_lamp.reserve(&self.lamp, room, runs);
         scratch.counts = Counts::default();
     }
 
@@ -189,23 +196,36 @@ impl SliceIntegrator for PrefixIntegrator {
         let runs = Runs::new(&row, texture.map(|_| &textured));
         scratch.counts.runs += runs.lit.len() as u64;
         let channels = if texture.is_some() { 3 } else { self.channels };
-        self.find_open(slice, runs, (queries, channels), scratch);
+        self.find_runs(slice, runs, queries, scratch);
+        let exact_at_once =
+            self.options.certified && self.options.filter == Filter::Auto && self.ways.is_plain_sun;
+        if exact_at_once {
+            scratch.asked.take_all(slice, queries, &scratch.query_runs);
+        }
+        // Sums over all lit runs know what is lit all along, or nowhere.
+        if !(exact_at_once && has_many_edges(&runs, &scratch.asked)) {
+            self.find_open(slice, runs, (queries, channels), scratch);
+        }
         if scratch.asked.len() > 0 {
-            let exact_at_once =
-                self.options.certified && self.options.filter == Filter::Auto && self.ways.is_plain_sun;
-            scratch.is_doubted[..scratch.asked.len()].fill(exact_at_once);
-            for channel in 0..if exact_at_once { 0 } else { channels } {
-                self.answer(slice, runs, channel, scratch);
-                self.take_answers(queries, channel, scratch);
+            if !exact_at_once {
+                scratch.is_doubted[..scratch.asked.len()].fill(false);
+                for channel in 0..channels {
+                    if self.lamp.are_there() {
+                        let PrefixScratch { summed_lamp, asked, answers, .. } = &mut *scratch;
+                        summed_lamp.answer(&self.lamp, (slice, runs), (asked, channel), answers);
+                    } else {
+                        self.answer(slice, runs, channel, scratch);
+                    }
+                    self.take_answers(queries, channel, scratch);
+                }
+                let all = scratch.asked.len();
+                scratch.asked.keep(&scratch.is_doubted);
+                let certain = (all - scratch.asked.len()) as u64;
+                let counts = &mut scratch.counts;
+                *if self.lamp.are_there() { &mut counts.summed } else { &mut counts.answered } += certain;
             }
-            let PrefixScratch { is_doubted, doubted, asked, .. } = scratch;
-            doubted.clear();
-            for (ray, _) in is_doubted[..asked.len()].iter().enumerate().filter(|(_, doubted)| **doubted) {
-                doubted.push(ray as u32);
-            }
-            scratch.counts.exact += doubted.len() as u64;
-            scratch.counts.answered += (asked.len() - doubted.len()) as u64;
-            let task = ExactTask { slice, runs, asked, doubted, channels };
+            scratch.counts.exact += scratch.asked.len() as u64;
+            let task = ExactTask { slice, runs, asked: &scratch.asked, channels };
             scratch.exact.sum(&task, &self.ways, queries);
         }
         (scratch.row, scratch.textured) = (row, textured);
@@ -215,12 +235,13 @@ impl SliceIntegrator for PrefixIntegrator {
         let mut sums = Counts::default();
         let mut stretches = 0;
         for scratch in scratches {
-            let Counts { texels, runs, filtered, uniform, answered, exact } = scratch.counts;
+            let Counts { texels, runs, filtered, uniform, answered, summed, exact } = scratch.counts;
             sums.texels += texels;
             sums.runs += runs;
             sums.filtered += filtered;
             sums.uniform += uniform;
             sums.answered += answered;
+            sums.summed += summed;
             sums.exact += exact;
             stretches += scratch.exact.stretches;
         }
@@ -229,19 +250,20 @@ impl SliceIntegrator for PrefixIntegrator {
         stats.counts.push("filtered runs", sums.filtered);
         stats.counts.push("uniform queries", sums.uniform);
         stats.counts.push("filtered queries", sums.answered);
+        stats.counts.push("summed queries", sums.summed);
         stats.counts.push("exact queries", sums.exact);
         stats.counts.push("exact edges", stretches);
     }
 
     fn memory_bytes(&self) -> usize {
-        self.weights.memory_bytes() + self.own_map.memory_bytes()
+        self.weights.memory_bytes() + self.lamp.memory_bytes() + self.own_map.memory_bytes()
     }
 
     fn scratch_bytes(scratch: &PrefixScratch) -> usize {
         scratch.row.memory_bytes()
             + scratch.textured.memory_bytes()
             + size_of::<RunIndex>()
-            + 4 * (scratch.query_runs.capacity() + scratch.shares.capacity() + scratch.doubted.capacity())
+            + 4 * (scratch.query_runs.capacity() + scratch.shares.capacity())
             + size_of::<Answer>() * scratch.answers.capacity()
             + scratch.is_doubted.capacity()
             + scratch.extremes.memory_bytes()
@@ -250,10 +272,26 @@ impl SliceIntegrator for PrefixIntegrator {
             + scratch.moments.iter().map(MomentRow::memory_bytes).sum::<usize>()
             + scratch.fourier.iter().map(FourierRow::memory_bytes).sum::<usize>()
             + scratch.exact.memory_bytes()
+            + scratch.summed_lamp.memory_bytes()
     }
 }
 
 impl PrefixIntegrator {
+    /// Finds the run in which each view ray ends.
+    #[inline(always)]
+    fn find_runs(
+        &self,
+        slice: &SliceView<'_>,
+        runs: Runs<'_>,
+        queries: &SliceQueries,
+        scratch: &mut PrefixScratch,
+    ) {
+        // Rays may be endless; behind the start of the last run there is nothing to be found.
+        let reach = slice.reach().min(runs.starts[runs.starts.len() - 2]);
+        scratch.index.fill(runs.starts, reach, queries.len());
+        scratch.index.find(runs.starts, queries.gammas(), &mut scratch.query_runs);
+    }
+
     /// Answers what the row's extremes decide (all of a ray's light is lit, or none), and lists the rest.
     #[inline(always)]
     fn find_open(
@@ -263,11 +301,7 @@ impl PrefixIntegrator {
         (queries, channels): (&mut SliceQueries, usize),
         scratch: &mut PrefixScratch,
     ) {
-        let PrefixScratch { index, query_runs, extremes, asked, counts, .. } = scratch;
-        // Rays may be endless; behind the start of the last run there is nothing to be found.
-        let reach = slice.reach().min(runs.starts[runs.starts.len() - 2]);
-        index.fill(runs.starts, reach, queries.len());
-        index.find(runs.starts, queries.gammas(), query_runs);
+        let PrefixScratch { query_runs, extremes, asked, counts, .. } = scratch;
         let last = query_runs[..queries.len()].iter().fold(0, |a, &b| a.max(b));
         extremes.fill(runs.lit, last as usize);
         let is_white = runs.colours.is_none();
@@ -364,7 +398,8 @@ impl PrefixIntegrator {
         let tolerance = self.options.tolerance as f32;
         let open = queries.open(0..queries.len());
         let Some(out) = open.shares.into_iter().nth(channel) else { return };
-        match basis {
+        // Factors have a certificate whatever the basis is.
+        match if self.lamp.are_there() { Basis::Moments } else { basis } {
             Basis::Moments => {
                 let rays = asked.queries.iter().zip(&*answers).zip(is_doubted);
                 for ((&query, answer), doubted) in rays {

@@ -9,6 +9,15 @@ use crate::storage::Storage;
 /// The technique's id.
 pub const ID: &str = "filtered-prefix";
 
+/// What `game` aims at with its spacing, over what `epipolar` does. Its factors may take a fifth of a level's error, sums here take a
+/// fifteenth of it. At `film` that would leave nothing for what a sample of gaps does not know, at `preview` pixels share answers,
+/// which it does not see.
+const GAME_SPACING: f32 = 1.25;
+
+/// Standard deviations that are added to what a sample of gaps says, at `game`: where leaves are all over the picture gaps agree, and
+/// there slices are wider than `epipolar`'s; where light is in a few gaps they are not.
+const GAME_SIGMAS: f64 = 1.5;
+
 /// Options of [`FilteredPrefix`](crate::FilteredPrefix).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
@@ -117,7 +126,12 @@ impl Options {
             Quality::Game => 0.01,
             Quality::Film => 0.001,
         };
-        Self::of(&epipolar::Options::for_quality(level, size), certificate)
+        let mut options = Self::of(&epipolar::Options::for_quality(level, size), certificate);
+        if let Some(target) = options.target.as_mut().filter(|_| level == Quality::Game) {
+            target.error *= GAME_SPACING;
+            target.confidence.sigmas = GAME_SIGMAS;
+        }
+        options
     }
 
     /// Slices as [`epipolar`] has them, with a certificate.

@@ -1,5 +1,6 @@
 //! The light rays of one slice as what filters them sees them: runs, with the column that each ends behind, and their colours.
 
+use epipolar::driver::{SliceQueries, SliceView};
 use epipolar::rows::{Row, TexturedRow};
 
 /// Runs of a row, from the eye on.
@@ -52,12 +53,57 @@ impl Asked {
         self.gammas.resize(count, 0.0);
     }
 
+    /// All queries of a slice, which end in some runs.
+    #[inline(always)]
+    pub fn take_all(&mut self, slice: &SliceView<'_>, queries: &SliceQueries, runs: &[u32]) {
+        let count = queries.len();
+        self.make_room(count);
+        self.columns[..count].copy_from_slice(queries.columns());
+        self.gammas[..count].copy_from_slice(queries.gammas());
+        self.ends[..count].copy_from_slice(&runs[..count]);
+        for (query, own) in self.queries[..count].iter_mut().enumerate() {
+            *own = query as u32;
+        }
+        for (rank, &column) in self.ranks.iter_mut().zip(queries.columns()) {
+            *rank = slice.order.rank(slice.order.columns[0] + column);
+        }
+        self.truncate(count);
+    }
+
+    /// Keeps some of them, in their order.
+    #[inline(always)]
+    pub fn keep(&mut self, is_kept: &[bool]) {
+        let mut count = 0;
+        for (ray, &is_kept) in is_kept[..self.len()].iter().enumerate() {
+            // Without a branch: what is not kept is overwritten by the next one.
+            for list in [&mut self.queries, &mut self.columns, &mut self.ranks, &mut self.ends] {
+                list[count] = list[ray];
+            }
+            self.gammas[count] = self.gammas[ray];
+            count += usize::from(is_kept);
+        }
+        self.truncate(count);
+    }
+
     /// Shortens all lists to so many.
     pub fn truncate(&mut self, count: usize) {
         for list in [&mut self.queries, &mut self.columns, &mut self.ranks, &mut self.ends] {
             list.truncate(count);
         }
         self.gammas.truncate(count);
+    }
+
+    /// The least and the largest of their ranks, which follow their columns, up or down.
+    #[inline(always)]
+    pub fn rank_range(&self) -> [u32; 2] {
+        let [a, b] = [self.ranks[0], self.ranks[self.len() - 1]];
+        [a.min(b), a.max(b)]
+    }
+
+    /// How many of the runs can be asked for.
+    #[inline(always)]
+    pub fn used_runs(&self) -> usize {
+        self.ends.iter().fold(0, |a, &b| a.max(b)) as usize + 1
     }
 
     /// How many there are.

@@ -17,8 +17,10 @@ mod tables;
 pub use bands::Bands;
 pub use direct::{DirectIntegrator, sum_directly};
 pub use factor::{Factorisation, Factors, LampBands, LampFactors, LampMedium, MAX_RANK};
+pub use integrand::{BandTables, Integrand, Precision};
 pub use integrator::Baran;
 pub use settings::{BaranSettings, Cells, MOST_LAMP_G};
+pub use tables::Table;
 
 #[cfg(feature = "svd")]
 pub(crate) use factor::{WEIGHT_INTERVALS, reading_error};

@@ -12,10 +12,10 @@ pub fn sum_coloured(task: &ExactTask<'_>, sums: &mut LightSums, queries: &mut Sl
     let light = FrameLight::new(slice.frame());
     let simd = slice.scene().simd;
     let mut stretches = 0;
-    for batch in task.doubted.chunks(BATCH) {
+    for first in (0..task.asked.len()).step_by(BATCH) {
+        let batch = first..task.asked.len().min(first + BATCH);
         sums.clear();
-        for &ray in batch {
-            let ray = ray as usize;
+        for ray in batch.clone() {
             let (query, column) = (task.asked.queries[ray] as usize, task.asked.columns[ray]);
             let end = f64::from(queries.ends()[query]);
             let index = column as usize;
@@ -49,8 +49,8 @@ pub fn sum_coloured(task: &ExactTask<'_>, sums: &mut LightSums, queries: &mut Sl
         sums.finish(&light, simd, true);
         let open = queries.open(0..queries.len());
         for (channel, shares) in open.shares.into_iter().enumerate() {
-            for (ray, &place) in batch.iter().enumerate() {
-                shares[task.asked.queries[place as usize] as usize] = share_of(sums, ray, channel, 3, false);
+            for (ray, &query) in task.asked.queries[batch.clone()].iter().enumerate() {
+                shares[query as usize] = share_of(sums, ray, channel, 3, false);
             }
         }
     }

@@ -44,14 +44,13 @@ impl EdgeSums {
         fog: Option<&Fog>,
         queries: &mut SliceQueries,
     ) -> u64 {
-        self.reserve(task.runs.lit.len(), task.doubted.len());
+        self.reserve(task.runs.lit.len(), task.asked.len());
         let sigma_t = task.slice.frame().medium().sigma_t().map(|sigma| sigma as f32);
         let factors = fog.map_or(sigma_t, |fog| fog.shares());
         let Self { lengths, columns, losses, batched } = self;
         let (mut filled, mut asked, mut total) = (0, 0, 0);
-        let count = task.doubted.len();
-        for (step, place) in places.enumerate() {
-            let ray = task.doubted[place] as usize;
+        let count = task.asked.len();
+        for (step, ray) in places.enumerate() {
             let column = task.asked.columns[ray];
             let (cosecant, start) = (1.0 / task.slice.sines()[column as usize], filled);
             let factor = if fog.is_some() { 1.0 } else { cosecant };

@@ -7,6 +7,7 @@ use super::coloured::sum_coloured;
 use super::edge_sums::EdgeSums;
 use super::summed_sun::{SummedSun, mean_edges};
 use super::task::{BATCH, ExactTask, Ways, share_of};
+use crate::runs::{Asked, Runs};
 
 /// Buffers for the exact integrals of a slice.
 #[derive(Debug, Default)]
@@ -20,7 +21,13 @@ pub struct ExactSums {
 }
 
 /// Mean edges of a view ray from which on sums over all lit runs cost less than a closed form an edge.
-const MANY_EDGES: f32 = 8.0;
+const MANY_EDGES: f32 = 4.0;
+
+/// Whether view rays have so many edges that sums over all lit runs cost less than their closed forms.
+#[inline(always)]
+pub fn has_many_edges(runs: &Runs<'_>, asked: &Asked) -> bool {
+    mean_edges(&runs.lit[..asked.used_runs()], asked.rank_range()) > MANY_EDGES
+}
 
 impl ExactSums {
     /// Room for slices of so many runs, columns and queries.
@@ -37,16 +44,12 @@ impl ExactSums {
     /// In white light O(runs + edges of all rays), under a plain sun a closed form an edge; with a texture O(runs · rays).
     #[inline(always)]
     pub fn sum(&mut self, task: &ExactTask<'_>, ways: &Ways, queries: &mut SliceQueries) {
-        if task.doubted.is_empty() {
+        let count = task.asked.len();
+        if count == 0 {
             return;
         }
-        let rank = |place: usize| task.asked.ranks[task.doubted[place] as usize];
-        let count = task.doubted.len();
-        let [a, b] = [rank(0), rank(count - 1)];
-        let ranks = [a.min(b), a.max(b)];
-        let many = |lit: &[u32]| mean_edges(lit, ranks) > MANY_EDGES;
         let is_coloured = task.runs.colours.is_some();
-        if ways.is_plain_sun && (is_coloured || many(&task.runs.lit[..task.used_runs()])) {
+        if ways.is_plain_sun && (is_coloured || has_many_edges(&task.runs, task.asked)) {
             self.summed.sum(task, &ways.ratios, queries);
             return;
         }
@@ -55,8 +58,8 @@ impl ExactSums {
             return;
         }
         let order = task.slice.order;
-        let first = ranks[0];
-        self.edges.fill(&task.runs.lit[..task.used_runs()], first, (ranks[1] - first) as usize + 1);
+        let [first, last] = task.asked.rank_range();
+        self.edges.fill(&task.runs.lit[..task.asked.used_runs()], first, (last - first) as usize + 1);
         let places = (0..count).map(|step| if order.ascending { count - 1 - step } else { step });
         if ways.is_plain_sun || ways.fog.is_some() {
             let edges = (first, places);
@@ -68,8 +71,7 @@ impl ExactSums {
         let simd = task.slice.scene().simd;
         let mut batch = [0u32; BATCH];
         let mut batched = 0;
-        for (step, place) in places.enumerate() {
-            let ray = task.doubted[place] as usize;
+        for (step, ray) in places.enumerate() {
             let (query, column) = (task.asked.queries[ray] as usize, task.asked.columns[ray]);
             let end = f64::from(queries.ends()[query]);
             let index = column as usize;

@@ -25,19 +25,10 @@ pub struct ExactTask<'a> {
     pub slice: &'a SliceView<'a>,
     /// Its runs.
     pub runs: Runs<'a>,
-    /// View rays.
+    /// Its view rays.
     pub asked: &'a Asked,
-    /// Which of them.
-    pub doubted: &'a [u32],
     /// Channels whose shares differ, 1 or 3.
     pub channels: usize,
-}
-
-impl ExactTask<'_> {
-    /// How many of the runs can be asked for.
-    pub fn used_runs(&self) -> usize {
-        self.doubted.iter().map(|&ray| self.asked.ends[ray as usize]).max().unwrap_or(0) as usize + 1
-    }
 }
 
 /// The share of a ray that is lit; a ray without light, as beside a cone, has no shadow: its neighbours may have light.
