@@ -7,14 +7,14 @@ use crate::options::{ID, Mode, Options};
 /// Fitted on 29 shots at two sizes (PLANNER.md): a sample's nodes stand for those of all rays.
 static COSTS: CostModel = CostModel {
     units: &[
-        UnitCost { name: "map-texel", nanoseconds: 0.33 },
-        UnitCost { name: "ray", nanoseconds: 4.4 },
-        UnitCost { name: "node", nanoseconds: 3.74 },
-        UnitCost { name: "texel", nanoseconds: 2.31 },
-        UnitCost { name: "lit-run", nanoseconds: 28.6 },
+        UnitCost { name: "map-texel", nanoseconds: 0.30 },
+        UnitCost { name: "ray", nanoseconds: 4.0 },
+        UnitCost { name: "node", nanoseconds: 3.36 },
+        UnitCost { name: "texel", nanoseconds: 2.08 },
+        UnitCost { name: "lit-run", nanoseconds: 25.7 },
         UnitCost { name: "lamp-ray", nanoseconds: 58.0 },
         UnitCost { name: "lamp-run", nanoseconds: 105.0 },
-        UnitCost { name: "glass-run", nanoseconds: 160.0 },
+        UnitCost { name: "glass-run", nanoseconds: 144.0 },
         UnitCost { name: "fog-ray", nanoseconds: 31.9 },
         UnitCost { name: "coloured-ray", nanoseconds: 124.0 },
     ],
