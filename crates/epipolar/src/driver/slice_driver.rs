@@ -273,7 +273,8 @@ impl<I: SliceIntegrator> SliceDriver<I> {
             let light = Unoccluded::new(frame);
             let notes_steps = Some(target.error);
             let mut measuring = Measuring { light: &light, cuts_alone: false, notes_steps };
-            let mut search = SpacingSearch::new(spacing, [target.within[0], widest]);
+            let mut search =
+                SpacingSearch::new(spacing, [target.within[0], widest], target.confidence.beyond);
             let mut is_first = true;
             while search.goes_on() {
                 let of_slices = (spacing, channels);

@@ -11,15 +11,18 @@ pub struct SpacingSearch {
     pub spacing: f64,
     finest: f64,
     widest: f64,
+    /// What is aimed at beyond what was measured.
+    beyond: f64,
     /// The last spacing that missed the target, and by how much.
     missed: Option<(f64, f64)>,
     goes_on: bool,
 }
 
 impl SpacingSearch {
-    /// From a spacing on, up to the widest and down to the finest.
-    pub fn new(spacing: f64, [finest, widest]: [f64; 2]) -> Self {
-        Self { spacing, finest: finest.min(spacing), widest, missed: None, goes_on: finest < spacing }
+    /// From a spacing on, up to the widest and down to the finest; beyond what was measured `beyond` of what is allowed is
+    /// aimed at.
+    pub fn new(spacing: f64, [finest, widest]: [f64; 2], beyond: f64) -> Self {
+        Self { spacing, finest: finest.min(spacing), widest, beyond, missed: None, goes_on: finest < spacing }
     }
 
     /// Whether there is something to measure.
@@ -32,13 +35,10 @@ impl SpacingSearch {
     /// Errors fall with a power of the spacing that the last two measurements tell: about 1 where a shadow's edge lies
     /// somewhere between slices, much less while halving finds most of what is there. The next spacing is measured again,
     /// so a guess need not be right. Between the last spacing that missed the target and the one that keeps it lies the one
-    /// that just does; where none missed it errors are taken to grow with the spacing, as fast as they do anywhere, and half of what is
-    /// allowed is aimed at.
+    /// that just does; where none missed it errors are taken to grow with the spacing, as fast as they do anywhere, and less is aimed at.
     pub fn learn(&mut self, excess: f64) {
         /// What is aimed at between two measurements, of what is allowed.
         const WITH_ROOM: f64 = 0.8;
-        /// What is aimed at beyond the spacings that were measured: with 0.8 a beam missed its level by a fiftieth.
-        const WITH_ROOM_UNMEASURED: f64 = 0.5;
         /// Powers within which two measurements are believed.
         const POWERS: [f64; 2] = [0.5, 1.5];
         if excess > 1.0 {
@@ -62,7 +62,7 @@ impl SpacingSearch {
                 let part = (WITH_ROOM / excess).ln() / (worse / excess).ln();
                 self.spacing * (wider / self.spacing).powf(part)
             }
-            None => (self.spacing * (WITH_ROOM_UNMEASURED / excess).max(1.0)).min(self.widest),
+            None => (self.spacing * (self.beyond / excess).max(1.0)).min(self.widest),
         };
     }
 }
@@ -73,7 +73,7 @@ mod tests {
 
     /// The spacing that is found where the error is `worst·spacingᵖ` times what is allowed.
     fn found(first: f64, worst: f64, power: f64) -> (f64, u32) {
-        let mut search = SpacingSearch::new(first, [0.125, 4.0]);
+        let mut search = SpacingSearch::new(first, [0.125, 4.0], 0.5);
         let mut measured = 0;
         while search.goes_on() {
             measured += 1;

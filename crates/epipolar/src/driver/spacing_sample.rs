@@ -56,6 +56,9 @@ pub struct Confidence {
     /// Standard deviations that are added to what they say. Fewer, and more frames miss their level; more, and frames whose
     /// light is in a few gaps get slices that they do not need.
     pub sigmas: f64,
+    /// What is aimed at beyond the spacings that were measured, of what is allowed: of few gaps less, since nothing tells there how
+    /// fast errors grow.
+    pub beyond: f64,
 }
 
 /// Pixels of a measured gap: where they are, and how far their rays go.
@@ -284,7 +287,7 @@ mod tests {
         error: 0.05,
         rms: 1.0,
         within: [0.1, 4.0],
-        confidence: Confidence { gaps: 80, sigmas: SIGMAS },
+        confidence: Confidence { gaps: 80, sigmas: SIGMAS, beyond: 0.5 },
     };
 
     /// Samples of gaps of 100 pixels of radiance a half, of which some are off by `error`.
