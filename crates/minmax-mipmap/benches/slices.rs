@@ -83,7 +83,7 @@ fn marches(c: &mut Criterion) {
 
 fn frames(c: &mut Criterion) {
     let mut group = c.benchmark_group("frame");
-    let paper = Options { mode: Mode::Sampling, ..Options::default() };
+    let paper = Options { mode: Mode::Sampling, ..Options::paper() };
     let ways = [
         ("sampling", paper),
         ("edges=row", Options { edges: Edges::Row, ..paper }),

@@ -89,7 +89,16 @@ impl Downscale {
 }
 
 impl Default for Options {
+    /// What the default level chooses under a sun.
     fn default() -> Self {
+        let [_, game, ..] = Self::ladder_of_sampling();
+        game
+    }
+}
+
+impl Options {
+    /// The numbers of Engelhardt and Dachsbacher 2010 and Yusov 2012 for the modes on slices, with this crate's edges of rows.
+    pub fn paper() -> Self {
         Self {
             mode: Mode::Exact,
             tree: TreeKind::Yusov,
@@ -105,9 +114,7 @@ impl Default for Options {
             correction: true,
         }
     }
-}
 
-impl Options {
     /// What a level chooses of the modes on slices for a frame; exact mode has one setting, and keeps every level. Around lamps
     /// light is steeper, and `game` takes a finer setting.
     pub fn for_quality(level: Quality, facts: &SceneFacts) -> Self {
@@ -129,10 +136,10 @@ impl Options {
             initial,
             halvings,
             contrast,
-            ..Self::default()
+            ..Self::paper()
         };
         [
-            Self::default(),
+            Self::paper(),
             of(512, 640, 16, 2, 0.08),
             of(512, 640, 16, 3, 0.06),
             of(1024, 640, 8, 3, 0.05),
@@ -153,7 +160,7 @@ impl Options {
             refinement: 0.02,
             halvings: 3,
             contrast: 0.03,
-            ..Self::default()
+            ..Self::paper()
         }
     }
 }
