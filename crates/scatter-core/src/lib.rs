@@ -104,7 +104,7 @@ pub use option_table::{
 pub use phase::{INV_4PI, Phase};
 pub use quality::{Quality, Target};
 pub use ray_fan::{AffineInPixel, MapFan, RayFan};
-pub use ray_lanes::RayLanes;
+pub use ray_lanes::{RayLanes, write_pixels};
 pub use ray_layers::{LayerPiece, layer_pieces, lit_part, lit_stretches};
 pub use ray_light::RayLight;
 pub use render_error::{RenderError, Unsupported};

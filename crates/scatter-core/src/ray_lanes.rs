@@ -243,6 +243,22 @@ fn inside(cos: f64, along: &Wide, across: &Wide) -> [Wide; 2] {
     ends
 }
 
+/// Writes what lanes found, channel by channel, to up to sixteen pixels that follow each other.
+#[inline(always)]
+pub fn write_pixels(channels: &[[f32; RayLanes::COUNT]; 3], pixels: &mut [[f32; 3]]) {
+    let [red, green, blue] = channels;
+    // Sixteen by number are shuffles; fewer are a loop.
+    if let Some(pixels) = pixels.first_chunk_mut::<{ RayLanes::COUNT }>() {
+        for lane in 0..RayLanes::COUNT {
+            pixels[lane] = [red[lane], green[lane], blue[lane]];
+        }
+        return;
+    }
+    for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
+        *pixel = [*red, *green, *blue];
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,8 @@
 //! Runs one technique on one staged shot: the image, the time in the middle of several runs, what it counted.
 //!
 //! The image is that of the shot's own camera. Timed frames differ from it and from each other, the camera moving by
-//! a pixel ([`StagedShot::with_timed_frame`]), so that nothing is gained by keeping answers. Several lights are several passes that add up.
+//! a pixel ([`StagedShot::with_timed_frame`]), so that nothing is gained by keeping answers. Several lights are several
+//! passes that add up.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -147,8 +148,8 @@ pub fn measure(shot: &StagedShot, renderer: &mut Renderer<'_>, repeat: u32) -> R
 }
 
 /// Wall-clock `total` and each stage \[ms\] of the run in the middle, over the frames with these numbers (frame n is
-/// seen by the shot's camera moved by n pixels, and so is its depth map; `out` holds the last one). What renders should be warm: [`measure`]
-/// leaves it so.
+/// seen by the shot's camera moved by n pixels, and so is its depth map; `out` holds the last one). What renders should
+/// be warm: [`measure`] leaves it so.
 pub fn timed(
     shot: &StagedShot,
     renderer: &mut Renderer<'_>,

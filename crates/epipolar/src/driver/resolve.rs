@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use scatter_core::{
     Frame, Level, LightIntegralF32, RayLanes, ScatterImage, at_level, parallel, transmittances_of_pixels_f32,
-    walked_radiance,
+    walked_radiance, write_pixels,
 };
 
 use super::near_ends::NearEnds;
@@ -122,21 +122,5 @@ impl<'a> Resolve<'a> {
             write_pixels(&through, &mut transmittance[x..x + lanes]);
         }
         walked
-    }
-}
-
-/// Channel by channel to pixel by pixel.
-#[inline(always)]
-fn write_pixels(channels: &[[f32; LANES]; 3], pixels: &mut [[f32; 3]]) {
-    let [red, green, blue] = channels;
-    // Sixteen by number are shuffles; fewer are a loop.
-    if let Some(pixels) = pixels.first_chunk_mut::<LANES>() {
-        for lane in 0..LANES {
-            pixels[lane] = [red[lane], green[lane], blue[lane]];
-        }
-        return;
-    }
-    for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
-        *pixel = [*red, *green, *blue];
     }
 }

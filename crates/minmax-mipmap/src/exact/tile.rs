@@ -12,7 +12,9 @@
 
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use scatter_core::{Frame, Light, RayFan, RayLanes, SunIntegralF32, transmittances_of_pixels_f32};
+use scatter_core::{
+    Frame, Light, RayFan, RayLanes, SunIntegralF32, transmittances_of_pixels_f32, write_pixels,
+};
 
 use super::descent::{Looks, lit_stretches};
 use super::integrate::{Integrand, TileSums};
@@ -278,20 +280,5 @@ impl TileWork {
             + self.runs.memory_bytes()
             + self.sums.memory_bytes()
             + size_of::<Self>() as u64
-    }
-}
-
-/// Channel by channel to pixel by pixel.
-#[inline(always)]
-fn write_pixels(channels: &[[f32; LANES]; 3], pixels: &mut [[f32; 3]]) {
-    let [red, green, blue] = channels;
-    if let Some(pixels) = pixels.first_chunk_mut::<LANES>() {
-        for lane in 0..LANES {
-            pixels[lane] = [red[lane], green[lane], blue[lane]];
-        }
-        return;
-    }
-    for (((pixel, red), green), blue) in pixels.iter_mut().zip(red).zip(green).zip(blue) {
-        *pixel = [*red, *green, *blue];
     }
 }
