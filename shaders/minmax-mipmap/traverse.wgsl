@@ -55,7 +55,7 @@ fn end_run() {
     let rows = axis_of(start.y, step.y, w, 0, size.y);
     var part = vec2<f32>(FARTHEST, FARTHEST);
     if has_glass {
-        part = part_inside(columns, rows, walk.lit.y);
+        part = part_inside(columns, rows, walk.lit.y, 0.0);
     }
     var s = walk.lit.x;
     var piece_start = s;
@@ -69,7 +69,8 @@ fn end_run() {
             next = min(next, part.x);
         } else if s < part.y {
             if cell.x < 0 {
-                cell = vec2<i32>(texel_at(columns, s), texel_at(rows, s));
+                let clear = clear_of_lamp(columns, rows, s, part.y);
+                cell = vec2<i32>(texel_at(columns, clear), texel_at(rows, clear));
             }
             let rgb = textureLoad(glass_texture, cell, 0).xyz;
             here = vec3<f32>(finite_texel(rgb.x), finite_texel(rgb.y), finite_texel(rgb.z));
@@ -126,11 +127,26 @@ struct Axis {
     heading: i32,
     origin: i32,
     count: i32,
+    // Below this w, close to a lamp, rounding is worth a texel: numerator and denominator cancel alike.
+    least: f32,
 }
 
+// Roundings of a coordinate's numerator, relative to its terms: affine in the pixel, and once more in s.
+const ROUNDINGS: f32 = 2.5e-7;
+
+// Where the slope is but the rounding of its two products (a ray that stays on a border; drivers that fuse one of the products
+// leave one), either sign will do: the borders that it names lie where w is below `least`.
 fn axis_of(place: f32, step: f32, w: vec2<f32>, origin: i32, count: u32) -> Axis {
     let slope = step * w.x - place * w.y;
-    return Axis(place, step, w, select(0, 1, slope > 0.0) - select(0, 1, slope < 0.0), origin, i32(count));
+    let heading = select(0, 1, slope > 0.0) - select(0, 1, slope < 0.0);
+    return Axis(place, step, w, heading, origin, i32(count), 2.0 * ROUNDINGS * f32(count) * abs(w.x));
+}
+
+// The first point from s on, if not after s_to, that is clear of the lamp: indices found there are off by a texel at most.
+fn clear_of_lamp(columns: Axis, rows: Axis, s: f32, s_to: f32) -> f32 {
+    let w = columns.w;
+    let clear = (max(columns.least, rows.least) - w.x) / select(w.y, 1.0, w.y <= 0.0);
+    return select(s, min(max(s, clear), s_to), w.y > 0.0);
 }
 
 fn coordinate(axis: Axis, s: f32) -> f32 {
@@ -156,7 +172,7 @@ fn border(axis: Axis, index: i32, level: u32) -> f32 {
     let below = k * axis.w.y - axis.step;
     let s = (axis.place - k * axis.w.x) / select(below, 1.0, below == 0.0);
     // A perspective ray may never reach a border before infinity: the solution then lies behind the lamp.
-    let is_there = axis.heading != 0 && below != 0.0 && axis.w.x + axis.w.y * s > 0.0 && abs(s) < FARTHEST;
+    let is_there = axis.heading != 0 && below != 0.0 && axis.w.x + axis.w.y * s > axis.least && abs(s) < FARTHEST;
     return select(FARTHEST, s, is_there);
 }
 
@@ -165,7 +181,7 @@ fn follow(axis: Axis, index: i32, s: f32, level: u32) -> i32 {
     let first = (index >> level) << level;
     let last = min(first + (1 << level) - 1, axis.count - 1);
     let now = clamp(i32(floor(clamp(coordinate(axis, s), -1e9, 1e9))) + axis.origin, first, last);
-    return select(min(now, index), max(now, index), axis.heading > 0);
+    return select(select(min(now, index), max(now, index), axis.heading > 0), index, axis.heading == 0);
 }
 
 // What the point of a ray is in a layer: affine in the pixel's place.
@@ -173,19 +189,23 @@ fn affine(rows: array<vec4<f32>, 3>, at: vec2<f32>) -> vec3<f32> {
     return rows[0].xyz + rows[1].xyz * at.x + rows[2].xyz * at.y;
 }
 
-// The part of [0, s_end] of a ray inside of a map's rectangle and before a lamp; empty: both ends at FARTHEST.
-fn part_inside(columns: Axis, rows: Axis, s_end: f32) -> vec2<f32> {
+// The part of [0, s_end] of a ray inside of a map's rectangle and before a lamp; empty: both ends at FARTHEST. With `slack`
+// the rectangle is wider by what its sides are rounded by: faces of a cube then overlap and leave no ray between them.
+fn part_inside(columns: Axis, rows: Axis, s_end: f32, slack: f32) -> vec2<f32> {
     var part = vec2<f32>(0.0, s_end);
     for (var side = 0u; side < 5u; side++) {
         // Linear in s: >= 0 inside.
         var value = columns.w;
+        var terms = abs(columns.w);
         if side < 4u {
             let is_row = side >= 2u;
             let low = f32(-select(columns.origin, rows.origin, is_row));
             let count = f32(select(columns.count, rows.count, is_row));
             let at = select(vec2<f32>(columns.place, columns.step), vec2<f32>(rows.place, rows.step), is_row);
             value = select(at - low * columns.w, (low + count) * columns.w - at, (side & 1u) == 1u);
+            terms = abs(at) + count * abs(columns.w);
         }
+        value += slack * terms;
         if value.y == 0.0 {
             // Texels are half-open: on the left and the upper border a ray is inside.
             if value.x < 0.0 || (value.x == 0.0 && (side & 1u) == 1u) || (side == 4u && value.x == 0.0) {
@@ -205,7 +225,9 @@ fn part_of_layer(layer: u32, s_end: f32) -> vec2<f32> {
     let w = select(vec2<f32>(1.0, 0.0), vec2<f32>(start.z, step.z), tree_layers[layer].perspective != 0u);
     let origin = tree_layers[layer].origin;
     let size = tree_layers[layer].size;
-    return part_inside(axis_of(start.x, step.x, w, origin.x, size.x), axis_of(start.y, step.y, w, origin.y, size.y), s_end);
+    let slack = select(0.0, ROUNDINGS, frame.kinds.y == MAPS_FACES);
+    let columns = axis_of(start.x, step.x, w, origin.x, size.x);
+    return part_inside(columns, axis_of(start.y, step.y, w, origin.y, size.y), s_end, slack);
 }
 
 fn node_of(layer: u32, level: u32, i: i32, j: i32) -> vec2<f32> {
@@ -222,11 +244,12 @@ fn walk_layer(layer: u32, s_from: f32, s_to: f32) {
     let is_perspective = tree_layers[read].perspective != 0u;
     let w = select(vec2<f32>(1.0, 0.0), vec2<f32>(start.z, step.z), is_perspective);
     let size = tree_layers[read].size;
-    let columns = axis_of(start.x, step.x, w, tree_layers[read].origin.x, size.x);
-    let rows = axis_of(start.y, step.y, w, tree_layers[read].origin.y, size.y);
+    var columns = axis_of(start.x, step.x, w, tree_layers[read].origin.x, size.x);
+    var rows = axis_of(start.y, step.y, w, tree_layers[read].origin.y, size.y);
     let coarsest = tree_layers[read].coarsest;
-    var i = texel_at(columns, s_from);
-    var j = texel_at(rows, s_from);
+    let clear = clear_of_lamp(columns, rows, s_from, s_to);
+    var i = texel_at(columns, clear);
+    var j = texel_at(rows, clear);
     var s = s_from;
     var depth = start.z + step.z * s;
     var level = min(ENTRY, coarsest);
@@ -276,8 +299,14 @@ fn walk_layer(layer: u32, s_from: f32, s_to: f32) {
             i = next_border(columns, i, level) - select(0, 1, columns.heading < 0);
             j = follow(rows, j, end, level);
         }
-        if i < 0 || j < 0 || i >= i32(size.x) || j >= i32(size.y) {
-            return;
+        // The part ends where the map does, but for rounding: what is left of it is in the texels at the border.
+        if i < 0 || i >= i32(size.x) {
+            columns.heading = 0;
+            i = before.x;
+        }
+        if j < 0 || j >= i32(size.y) {
+            rows.heading = 0;
+            j = before.y;
         }
         s = end;
         depth = end_depth;
@@ -318,7 +347,7 @@ fn walk_layers(s_end: f32) {
                 }
             }
         }
-        // Between two faces of a cube lies a rounding error, and it is dark.
+        // Faces of a cube overlap; beside six faces that leave a gap it is dark.
         if is_last || chosen != NO_LAYER || frame.kinds.y != MAPS_FACES {
             walk_layer(chosen, s, next);
         }

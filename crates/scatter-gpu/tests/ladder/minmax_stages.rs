@@ -259,6 +259,40 @@ fn the_traversal_looks_at_few_nodes_and_mutants_of_it_are_seen() {
 /// The module as a static: the harness keeps pipelines by name.
 static TRAVERSE_FLOAT_STATIC: Module = TRAVERSE_FLOAT;
 
+/// A driver that fuses one product of a ray's slope leaves a rounding where there is none. Either sign of it must do: rays that
+/// stay on a border of texels once left the map by it, next to the lamp, and were dark from there on (a tenth of the light
+/// of `Point`, on a card).
+#[test]
+fn the_rounding_of_a_slope_decides_nothing() {
+    if crate::support::skipped() {
+        return;
+    }
+    let device = HarnessDevice::shared().unwrap();
+    let tilted = ["+", "-"].map(|sign| {
+        changed(
+            &TRAVERSE_FLOAT_STATIC,
+            if sign == "+" { "traverse, slopes rounded up" } else { "traverse, slopes rounded down" },
+            "let slope = step * w.x - place * w.y;",
+            &format!("let slope = step * w.x - place * w.y {sign} 1e-7 * abs(place * w.y);"),
+        )
+    });
+    for kind in [MapKind::Spot, MapKind::SpotCube, MapKind::Point, MapKind::Faces] {
+        OwnedFrame::stock(kind, [37, 21], 64, Filling::Constant(7.0)).with(|frame| {
+            let nodes = nodes_of(frame, &scene(&device, frame).plan);
+            let image = traversed(&device, &TRAVERSE_FLOAT_STATIC, frame, &nodes).0;
+            let mean = image.iter().map(|p| f64::from(p[0])).sum::<f64>() / image.len() as f64;
+            for module in tilted {
+                let other = traversed(&device, module, frame, &nodes).0;
+                let off =
+                    image.iter().zip(&other).map(|(a, b)| f64::from((a[0] - b[0]).abs())).fold(0.0, f64::max);
+                println!("{kind:?}, {}: {:.1e} of the mean (1e-5)", module.name, off / mean);
+                // Runs that are cut elsewhere are integrated in other panels: a hundred roundings.
+                assert!(off <= 1e-5 * mean, "{kind:?}, {}: {:e}", module.name, off / mean);
+            }
+        });
+    }
+}
+
 /// Whatever the textures hold, the image is finite, and both frames have the same bits.
 #[test]
 fn textures_of_random_bits_give_finite_images_twice_the_same() {
