@@ -79,7 +79,11 @@ pub fn warm_up() {
 pub fn adapter() -> Result<String, String> {
     #[cfg(feature = "gpu")]
     return match scatter_gpu::harness::HarnessDevice::shared() {
-        Ok(device) => Ok(device.describe()),
+        Ok(device) if device.is_emulated() => Ok(device.describe()),
+        Ok(device) => Ok(format!(
+            "{}; its times: set-up, submission, waiting (maps are uploaded before, images read back after)",
+            device.describe()
+        )),
         Err(none) => Err(format!("no adapter: {none}")),
     };
     #[cfg(not(feature = "gpu"))]

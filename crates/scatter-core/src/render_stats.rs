@@ -25,6 +25,8 @@ pub struct RenderStats {
     pub modelled: NamedList<()>,
     /// Bytes that the technique holds between frames, its output not counted.
     pub memory_bytes: u64,
+    /// Of the call's time, what moved the maps to another device and the image back: an engine there has both. Zero on the CPU.
+    pub transfer: Duration,
 }
 
 impl<T: Copy> Default for NamedList<T> {

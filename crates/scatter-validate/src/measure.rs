@@ -30,7 +30,8 @@ pub struct Measurement {
     pub method: String,
     /// In-scattered radiance, all lights together.
     pub image: RadianceImage,
-    /// Wall-clock `total` and each stage \[ms\] of the run in the middle.
+    /// Wall-clock `total` and each stage \[ms\] of the run in the middle; what moved maps to a card and the image back is no part of
+    /// the total ([`RenderStats::transfer`]).
     pub time_ms: BTreeMap<String, f64>,
     /// Bytes held between frames, all lights together.
     pub memory_bytes: u64,
@@ -185,7 +186,9 @@ fn run(
         let target = if index == 0 { &mut *out } else { &mut pass };
         let result = shot.with_timed_frame(index, frame, |frame| {
             let start = Instant::now();
-            technique.render(frame, target).map(|stats| (stats, start.elapsed().as_secs_f64() * 1e3))
+            technique
+                .render(frame, target)
+                .map(|stats| (stats, start.elapsed().saturating_sub(stats.transfer).as_secs_f64() * 1e3))
         })?;
         let wrong = |source| StageError::Render { shot: shot.name().to_string(), method, source };
         let (stats, total) = result.map_err(wrong)?;

@@ -24,6 +24,13 @@ static TABLE: OptionTable<EpipolarSettings> = OptionTable {
             spacing as f64
         ),
         option_row!(
+            "towards",
+            "share of the spacing that is left where the light stands in the picture or near it",
+            "",
+            OptionRange::Real([1.0 / 16.0, 1.0]),
+            towards_light as f64
+        ),
+        option_row!(
             "fewest",
             "slices a radian, at least, whatever the spacing is set to",
             "",

@@ -119,6 +119,7 @@ impl GpuTechnique {
         stats.counts.push("texel loads", plan.passes.iter().map(|pass| pass.loads).sum());
         stats.counts.push("atomics", plan.passes.iter().map(|pass| pass.atomics).sum());
         stats.memory_bytes = view.memory_bytes();
+        stats.transfer = ["upload", "read back"].iter().filter_map(|stage| stats.stages.get(stage)).sum();
         Ok(stats)
     }
 }

@@ -17,6 +17,7 @@ const FACTOR_ERROR: f64 = 1e-3;
 fn settings(spacing: f64) -> EpipolarSettings {
     EpipolarSettings {
         spacing,
+        towards_light: 1.0,
         fewest_slices: 1.0,
         factor_error: FACTOR_ERROR,
         ..EpipolarSettings::default()
@@ -335,6 +336,7 @@ fn what_slices_do_not_render_is_refused_by_name() {
         settings(0.0),
         settings(f64::NAN),
         EpipolarSettings { factor_error: 1.0, ..settings(1.0) },
+        EpipolarSettings { towards_light: 0.0, ..settings(1.0) },
         EpipolarSettings { fewest_slices: -1.0, ..settings(1.0) },
         EpipolarSettings { batch_bytes: 1 << 40, ..settings(1.0) },
     ] {

@@ -32,7 +32,13 @@ struct Scene {
 }
 
 fn settings(spacing: f64) -> EpipolarSettings {
-    EpipolarSettings { spacing, fewest_slices: 1.0, factor_error: 1e-3, ..EpipolarSettings::default() }
+    EpipolarSettings {
+        spacing,
+        towards_light: 1.0,
+        fewest_slices: 1.0,
+        factor_error: 1e-3,
+        ..EpipolarSettings::default()
+    }
 }
 
 fn scene(device: &HarnessDevice, frame: &Frame<'_>, spacing: f64) -> Scene {

@@ -3,12 +3,13 @@
 use epipolar::baran::Bands;
 use epipolar::geometry::{ColumnOrder, Epipole, FanPixels, Major, STEEPEST, SlicePlane, SliceSet};
 use epipolar::rows::for_each_sun_line;
+use glam::DVec2;
 use scatter_core::{Setup, Window};
 
 use super::factor_tables::{BAND_RATIO, FactorTables, TERMS};
 use super::records::{EpipolarUniform, GROUPS_A_ROW, MOST_BANDS, SliceData, SliceLine, SliceTask};
 use super::room::{CUTS_A_COLUMN, CUTS_A_ROW, RUN_BYTES, Room};
-use super::settings::{COARSEST_SPACING, EpipolarSettings, FINEST_SPACING};
+use super::settings::{COARSEST_SPACING, EpipolarSettings, FINEST_SPACING, LEAST_TOWARDS_LIGHT};
 use super::slice_records::{FanColumns, border_bits, cut_tasks, fixed_border, largest_sine, too_near};
 use crate::plan::{MOST_SIDE, TooLarge};
 
@@ -79,9 +80,11 @@ impl EpipolarPlan {
         self.has_fog = setup.medium().height_falloff().is_some();
         self.channels = if setup.medium().is_grey() { 1 } else { 3 };
         self.factors.rebuild(setup.medium(), setup.max_distance(), settings.factor_error);
-        self.spacing = spacing_for(setup, settings);
+        let closest = closest_spacing(setup, settings);
+        self.spacing = if looks_towards_light(setup) { closest } else { spacing_for(setup, settings) };
         let nodes = self.factors.channels().iter().map(|table| table.nodes.len() as u64).sum();
-        self.room = Room::of(self.size, maps, (self.spacing, settings.batch_bytes), (self.channels, nodes))?;
+        // Room for the slices of any direction of view: nothing is allocated when the camera turns.
+        self.room = Room::of(self.size, maps, (closest, settings.batch_bytes), (self.channels, nodes))?;
         self.records.clear();
         self.lines.clear();
         self.tasks.clear();
@@ -99,8 +102,8 @@ impl EpipolarPlan {
     /// What is too large of a frame, without planning it.
     pub fn check(setup: &Setup<'_>, settings: &EpipolarSettings) -> Result<(), TooLarge> {
         let channels = if setup.medium().is_grey() { 1 } else { 3 };
-        let spacing = spacing_for(setup, settings);
-        Room::of(setup.size(), setup.maps().projections(), (spacing, settings.batch_bytes), (channels, 0))
+        let closest = closest_spacing(setup, settings);
+        Room::of(setup.size(), setup.maps().projections(), (closest, settings.batch_bytes), (channels, 0))
             .map(drop)
     }
 
@@ -314,7 +317,25 @@ fn closed(mut uniform: EpipolarUniform, [slice, task]: [u32; 2]) -> EpipolarUnif
     uniform
 }
 
-/// The spacing of a frame: that of the settings, or less where the view is wide.
+/// Pictures from the middle, along either axis, within which a light before the camera is near the picture.
+const NEAR_PICTURE: f64 = 1.5;
+
+/// Whether the light stands before the camera, in its picture or near it.
+fn looks_towards_light(setup: &Setup<'_>) -> bool {
+    let epipole = Epipole::new(setup.camera(), setup.light());
+    let size = DVec2::from(setup.size().map(f64::from));
+    let from_middle = epipole.towards(0.5 * size).abs();
+    epipole.outward && from_middle.cmple(NEAR_PICTURE * size * epipole.image.z).all()
+}
+
+/// The spacing of a frame that looks towards the light: a share of that of others, as far as there may be so many slices.
+fn closest_spacing(setup: &Setup<'_>, settings: &EpipolarSettings) -> f64 {
+    let spacing = spacing_for(setup, settings);
+    let closer = settings.towards_light.clamp(LEAST_TOWARDS_LIGHT, 1.0) * spacing;
+    closer.max(Room::closest_slices(setup.size()).min(spacing))
+}
+
+/// The spacing of a frame that does not: that of the settings, or less where the view is wide.
 fn spacing_for(setup: &Setup<'_>, settings: &EpipolarSettings) -> f64 {
     let Window { left, right, bottom, top } = setup.camera().window();
     let [width, height] = setup.size().map(f64::from);
@@ -332,11 +353,22 @@ mod tests {
 
     fn planned(
         size: [u32; 2],
+        maps: (u32, usize),
+        sigma: [f64; 3],
+        settings: EpipolarSettings,
+    ) -> Result<EpipolarPlan, TooLarge> {
+        looking([0.3, -0.2, -1.0], size, maps, sigma, settings)
+    }
+
+    /// The light comes from (−0.3, 1, 0.4).
+    fn looking(
+        target: [f64; 3],
+        size: [u32; 2],
         (side, cascades): (u32, usize),
         sigma: [f64; 3],
         settings: EpipolarSettings,
     ) -> Result<EpipolarPlan, TooLarge> {
-        let camera = Camera::perspective([0.0; 3], [0.3, -0.2, -1.0], [0.0, 1.0, 0.0], 60.0, size).unwrap();
+        let camera = Camera::perspective([0.0; 3], target, [0.0, 0.1, 1.0], 60.0, size).unwrap();
         let travel = [0.3, -1.0, -0.4];
         let sun = Light::directional(travel, [1.0; 3]).unwrap();
         let maps: Vec<_> = (1..=cascades)
@@ -392,6 +424,27 @@ mod tests {
         assert!(said.contains("epipolar slices"), "{said}");
         let said = planned([64, 64], (8193, 1), rgb, settings).unwrap_err().to_string();
         assert!(said.contains("8192 are possible"), "{said}");
+    }
+
+    /// Towards the light slices stand closer, in room that any direction of view has: nothing grows when the camera turns. Where
+    /// so many slices are not possible they stand as close as they can.
+    #[test]
+    fn towards_the_light_slices_stand_closer_in_the_same_room() {
+        let settings = |level, size| EpipolarSettings::for_quality(level, size);
+        let size = [1280, 960];
+        let game = settings(Quality::Game, size);
+        let of = |target| looking(target, size, (64, 1), [0.01; 3], game).unwrap();
+        // Into the light; 40 degrees beside it; across; away from it.
+        let views = [[-0.3, 1.0, 0.4], [0.5, 1.0, 0.4], [1.0, 0.3, 0.0], [0.3, -1.0, -0.4]].map(of);
+        let spacings = views.each_ref().map(EpipolarPlan::spacing);
+        println!("{spacings:?}");
+        assert_eq!(spacings, [0.2, 0.2, 0.5, 0.5]);
+        assert!(views.iter().all(|view| view.room() == views[0].room()));
+        let huge = [7680, 4320];
+        let film = settings(Quality::Film, huge);
+        let there = looking([-0.3, 1.0, 0.4], huge, (64, 1), [0.01; 3], film).unwrap().spacing();
+        println!("{huge:?}: {there}");
+        assert!((0.1..=0.25).contains(&there), "{there}");
     }
 
     /// Every column of a slice that pixels can be in is in one task, in its own band.

@@ -116,6 +116,11 @@ impl Room {
         Ok(room)
     }
 
+    /// How close slices of a picture may stand \[pixels\], for there are at most [`MOST_SLICES`].
+    pub(super) fn closest_slices([width, height]: [u32; 2]) -> f64 {
+        2.0 * (f64::from(width) + f64::from(height)) / (MOST_SLICES - 1 - 4 * MOST_FANS as u64) as f64
+    }
+
     /// Bytes of all of them.
     pub fn bytes(&self) -> u64 {
         let Self { slices, lines, rows, tasks, ranges, nodes, answers, uniforms, batches: _ } = *self;
