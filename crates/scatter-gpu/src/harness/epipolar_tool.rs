@@ -25,7 +25,7 @@ static TABLE: OptionTable<EpipolarSettings> = OptionTable {
         ),
         option_row!(
             "towards",
-            "share of the spacing that is left where the light stands in the picture or near it",
+            "share of the spacing that is left with the light in the middle of the picture",
             "",
             OptionRange::Real([1.0 / 16.0, 1.0]),
             towards_light as f64
