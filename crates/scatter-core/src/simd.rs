@@ -2,10 +2,21 @@
 
 pub use fearless_simd::Level;
 
-/// The widest one of this CPU; `SCATTER_SIMD=baseline` in the environment forces what every CPU of the target has.
+/// The widest one of this CPU. `SCATTER_SIMD` in the environment forces less: `baseline` what every CPU of the target has,
+/// `avx2` that where the CPU has it.
 pub fn simd_level() -> Level {
-    let baseline = std::env::var_os("SCATTER_SIMD").is_some_and(|value| value == "baseline");
-    if baseline { Level::baseline() } else { Level::new() }
+    at_most(std::env::var("SCATTER_SIMD").unwrap_or_default().as_str())
+}
+
+/// The level of that name where the CPU has it; of any other name, the widest one.
+fn at_most(name: &str) -> Level {
+    let widest = Level::new();
+    match name {
+        "baseline" => Level::baseline(),
+        #[cfg(target_arch = "x86_64")]
+        "avx2" => widest.as_avx2().map_or(widest, Level::Avx2),
+        _ => widest,
+    }
 }
 
 /// Runs an expression with the instructions of a [`Level`](crate::Level): AVX-512, AVX2 or the target's baseline. Vectors of
@@ -34,4 +45,21 @@ macro_rules! at_level {
         #[cfg(not(target_arch = "x86_64"))]
         $crate::fearless_simd::dispatch!($simd, $vectors => $vectors.vectorize(#[inline(always)] || $work))
     }};
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_forces_its_level() {
+        assert_eq!(format!("{:?}", at_most("")), format!("{:?}", Level::new()));
+        assert_eq!(format!("{:?}", at_most("baseline")), format!("{:?}", Level::baseline()));
+        #[cfg(target_arch = "x86_64")]
+        {
+            let forced = at_most("avx2");
+            assert!(forced.as_avx512().is_none() || Level::new().as_avx2().is_none(), "{forced:?}");
+            assert_eq!(forced.as_avx2().is_some(), Level::new().as_avx2().is_some());
+        }
+    }
 }

@@ -60,27 +60,28 @@ fn cpu_name() -> Option<String> {
     from_proc.or_else(|| std::env::var("PROCESSOR_IDENTIFIER").ok()).filter(|name| !name.is_empty())
 }
 
+/// What [`scatter_core::simd_level`] chooses.
 fn simd_level() -> &'static str {
-    if std::env::var_os("SCATTER_SIMD").is_some_and(|value| value == "baseline") {
-        return "baseline";
-    }
     #[cfg(target_arch = "x86_64")]
     {
-        if std::is_x86_feature_detected!("avx512f") {
-            return "avx512";
+        let level = scatter_core::simd_level();
+        if level.as_avx512().is_some() {
+            "avx512"
+        } else if level.as_avx2().is_some() {
+            "avx2"
+        } else {
+            "baseline"
         }
-        if std::is_x86_feature_detected!("avx2") {
-            return "avx2";
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        if std::env::var_os("SCATTER_SIMD").is_some_and(|value| value == "baseline") {
+            "baseline"
+        } else if cfg!(target_arch = "aarch64") {
+            "neon"
+        } else {
+            "portable"
         }
-        "sse2"
-    }
-    #[cfg(target_arch = "aarch64")]
-    {
-        "neon"
-    }
-    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-    {
-        "portable"
     }
 }
 

@@ -32,6 +32,20 @@ pub fn first_lanes<S: Simd>(simd: S, count: usize) -> Answers<S> {
     Answers::from_bitmask(simd, bits)
 }
 
+/// Whether lanes are compressed by one instruction: elsewhere each is moved by itself.
+#[inline(always)]
+pub fn compresses_at_once<S: Simd>(simd: S) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        simd.level().as_avx512().is_some()
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        let _ = simd;
+        false
+    }
+}
+
 /// Rays' codes as they are compared with nodes'.
 #[inline(always)]
 pub fn clamped<S: Simd>(simd: S, code: Reals<S>) -> Reals<S> {

@@ -55,6 +55,8 @@ pub struct Scene<'a> {
 pub struct TileWork {
     found: Found,
     blocks: Blocks,
+    /// The same, by how many texels they pass.
+    sorted: Blocks,
     runs: Runs,
     sums: TileSums,
     /// What was looked at in all tiles so far.
@@ -155,7 +157,7 @@ impl TileWork {
     /// Takes the segments of a layer through its mipmap.
     #[inline(always)]
     fn traverse<S: Simd>(&mut self, simd: S, scene: &Scene<'_>, index: usize) {
-        let Self { found, blocks, runs, sums, looks, segments: all_segments, lit_runs, .. } = self;
+        let Self { found, blocks, sorted, runs, sums, looks, segments: all_segments, lit_runs, .. } = self;
         let (Some(tree), Some(layer)) = (scene.trees.trees().get(index), scene.frame.shadow().layer(index))
         else {
             return;
@@ -174,9 +176,10 @@ impl TileWork {
         let mut packets = Packets::new(simd, start.min(tree_view.coarsest));
         loop {
             let through = packets.advance(simd, &tree_view, segments, count, (blocks, runs));
+            blocks.sort_into(simd, sorted);
             let mut at = 0;
             loop {
-                at = look_closely(simd, &texel_view, segments, blocks, at, runs, &mut looks.texels);
+                at = look_closely(simd, &texel_view, segments, sorted, at, runs, &mut looks.texels);
                 *lit_runs += runs.len() as u64;
                 scene.integrand.add_runs(
                     simd,
@@ -185,7 +188,7 @@ impl TileWork {
                     sums,
                 );
                 runs.clear();
-                if at >= blocks.len() {
+                if at >= sorted.len() {
                     break;
                 }
             }
@@ -277,6 +280,7 @@ impl TileWork {
     pub fn memory_bytes(&self) -> u64 {
         self.found.memory_bytes()
             + self.blocks.memory_bytes()
+            + self.sorted.memory_bytes()
             + self.runs.memory_bytes()
             + self.sums.memory_bytes()
             + size_of::<Self>() as u64
