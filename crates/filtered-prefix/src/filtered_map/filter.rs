@@ -85,43 +85,64 @@ impl<'a> RowFilter<'a> {
             at_level!(
                 simd,
                 match (basis, count) {
-                    (Basis::Moments, 4) => self.moments::<T, 4>(row, numbers),
-                    (Basis::Moments, 6) => self.moments::<T, 6>(row, numbers),
-                    (Basis::Moments, _) => self.moments::<T, 8>(row, numbers),
+                    (Basis::Moments, 4) => self.moments::<T, 6>(row, numbers),
+                    (Basis::Moments, 6) => self.moments::<T, 8>(row, numbers),
+                    (Basis::Moments, _) => self.moments::<T, 10>(row, numbers),
                     (Basis::Fourier, _) => self.fourier(row, count, numbers),
                 }
             );
         });
     }
 
-    /// Means of the powers of depths, scaled to [−1, 1]; sums in f64.
+    /// Means of the powers of depths, scaled to [−1, 1]; sums in f64. A is the number of all numbers.
     #[inline(always)]
-    fn moments<T: Number, const M: usize>(&self, row: usize, numbers: &mut [T]) {
-        let mut sums = [([0.0f64; M], [0.0f64; BESIDE + 1]); references::MOST];
+    fn moments<T: Number, const A: usize>(&self, row: usize, numbers: &mut [T]) {
+        let mut sums = [[0.0f64; A]; references::MOST];
+        let mut totals = [0.0f64; references::MOST];
+        let mut inverses = [[1.0f64; LANES]; references::MOST];
         let references = self.references.count();
-        self.blocks(row, |block| {
-            let a_texel = references * (M + BESIDE);
-            let own = numbers[block.first * a_texel..].chunks_exact_mut(a_texel);
-            for (lane, texel) in own.enumerate().take(block.count) {
-                let z = f64::from(place(block.depths[lane])) * 2.0 - 1.0;
-                for (reference, out) in texel.chunks_exact_mut(M + BESIDE).enumerate() {
-                    let (sums, [lit, doubt, total]) = &mut sums[reference];
-                    let weight = f64::from(block.weights[reference][lane]);
-                    let mut power = weight * f64::from(block.doubt[lane]);
-                    *lit += weight * f64::from(block.lit[lane]);
-                    *doubt += power;
-                    *total += weight;
-                    let inverse = 1.0 / *total;
-                    out[0] = T::pack((*lit * inverse) as f32);
-                    out[1] = T::pack((*doubt * inverse) as f32);
-                    for (sum, out) in sums.iter_mut().zip(&mut out[BESIDE..]) {
-                        power *= z;
-                        *sum += power;
-                        *out = T::pack((*sum * inverse) as f32);
+        self.blocks(
+            row,
+            #[inline(always)]
+            |block| {
+                for (reference, inverses) in inverses[..references].iter_mut().enumerate() {
+                    let weights = &block.weights[reference][..block.count];
+                    for (inverse, &weight) in inverses.iter_mut().zip(weights) {
+                        totals[reference] += f64::from(weight);
+                        *inverse = totals[reference];
+                    }
+                    for inverse in inverses {
+                        *inverse = 1.0 / *inverse;
                     }
                 }
-            }
-        });
+                // What is summed up, by whatever weights.
+                let mut terms = [[0.0f64; LANES]; A];
+                for lane in 0..LANES {
+                    let z = f64::from(place(block.depths[lane])) * 2.0 - 1.0;
+                    let mut power = f64::from(block.doubt[lane]);
+                    terms[0][lane] = f64::from(block.lit[lane]);
+                    terms[1][lane] = power;
+                    for terms in &mut terms[BESIDE..] {
+                        power *= z;
+                        terms[lane] = power;
+                    }
+                }
+                let a_texel = references * A;
+                let own = numbers[block.first * a_texel..].chunks_exact_mut(a_texel);
+                for (lane, texel) in own.enumerate().take(block.count) {
+                    let terms: [f64; A] = std::array::from_fn(|k| terms[k][lane]);
+                    for (reference, out) in texel.chunks_exact_mut(A).enumerate() {
+                        let (weight, inverse) =
+                            (f64::from(block.weights[reference][lane]), inverses[reference][lane]);
+                        let sums = &mut sums[reference];
+                        for k in 0..A {
+                            sums[k] += weight * terms[k];
+                            out[k] = T::pack((sums[k] * inverse) as f32);
+                        }
+                    }
+                }
+            },
+        );
     }
 
     /// Means of sines and cosines, in turn.
@@ -132,34 +153,38 @@ impl<'a> RowFilter<'a> {
         let mut sums = [[0.0f32; MOST]; references::MOST];
         let mut beside = [[0.0f32; BESIDE + 1]; references::MOST];
         let references = self.references.count();
-        self.blocks(row, |block| {
-            harmonics(&block.depths.map(place), count / 2, |k, sines, cosines| {
-                (basis[2 * k], basis[2 * k + 1]) = (*sines, *cosines)
-            });
-            let a_texel = references * (count + BESIDE);
-            let own = numbers[block.first * a_texel..].chunks_exact_mut(a_texel);
-            for (lane, texel) in own.enumerate().take(block.count) {
-                for (own, basis) in of_texel[..count].iter_mut().zip(&basis) {
-                    *own = basis[lane];
-                }
-                for (reference, out) in texel.chunks_exact_mut(count + BESIDE).enumerate() {
-                    let weight = block.weights[reference][lane];
-                    let in_doubt = weight * block.doubt[lane];
-                    let [lit, doubt, total] = &mut beside[reference];
-                    *lit += weight * block.lit[lane];
-                    *doubt += in_doubt;
-                    *total += weight;
-                    let inverse = 1.0 / *total;
-                    out[0] = T::pack(*lit * inverse);
-                    out[1] = T::pack(*doubt * inverse);
-                    let sums = sums[reference].iter_mut();
-                    for ((sum, basis), out) in sums.zip(&of_texel).zip(&mut out[BESIDE..]) {
-                        *sum += in_doubt * basis;
-                        *out = T::pack(*sum * inverse);
+        self.blocks(
+            row,
+            #[inline(always)]
+            |block| {
+                harmonics(&block.depths.map(place), count / 2, |k, sines, cosines| {
+                    (basis[2 * k], basis[2 * k + 1]) = (*sines, *cosines)
+                });
+                let a_texel = references * (count + BESIDE);
+                let own = numbers[block.first * a_texel..].chunks_exact_mut(a_texel);
+                for (lane, texel) in own.enumerate().take(block.count) {
+                    for (own, basis) in of_texel[..count].iter_mut().zip(&basis) {
+                        *own = basis[lane];
+                    }
+                    for (reference, out) in texel.chunks_exact_mut(count + BESIDE).enumerate() {
+                        let weight = block.weights[reference][lane];
+                        let in_doubt = weight * block.doubt[lane];
+                        let [lit, doubt, total] = &mut beside[reference];
+                        *lit += weight * block.lit[lane];
+                        *doubt += in_doubt;
+                        *total += weight;
+                        let inverse = 1.0 / *total;
+                        out[0] = T::pack(*lit * inverse);
+                        out[1] = T::pack(*doubt * inverse);
+                        let sums = sums[reference].iter_mut();
+                        for ((sum, basis), out) in sums.zip(&of_texel).zip(&mut out[BESIDE..]) {
+                            *sum += in_doubt * basis;
+                            *out = T::pack(*sum * inverse);
+                        }
                     }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Visits a row's texels, some at a time.
@@ -189,7 +214,9 @@ impl<'a> RowFilter<'a> {
             for (index, texels) in texels.chunks(LANES).enumerate() {
                 let in_split = index * LANES;
                 (block.first, block.count) = (split as usize * a_split + in_split, texels.len());
-                for (lane, &texel) in texels.iter().enumerate() {
+                let mut surfaces = [f32::INFINITY; LANES];
+                surfaces[..block.count].copy_from_slice(texels);
+                for (lane, &texel) in surfaces.iter().enumerate() {
                     // Behind all view rays of the picture, or before them, where the map's own range ends.
                     let depth = measure((first + (last - first) * texel.min(1.0)) * own_cosine);
                     let depth = (depth - start) * scale;

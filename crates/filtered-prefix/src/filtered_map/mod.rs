@@ -117,7 +117,8 @@ impl numbers::Visit for Work<'_, '_> {
         let (own, shared) = (&*own, (frame, map, rectification));
         let filter = filter::RowFilter::new(shared, &own.row_depths, references, sigma);
         let count = options.coefficients as usize;
-        filter.fill(own.simd, options.basis, count, numbers);
+        let behind = numbers.len() - numbers::BEHIND;
+        filter.fill(own.simd, options.basis, count, &mut numbers[..behind]);
         clock.lap(stats, "prefix");
         let numbers = (&*numbers, count);
         let answers = answer::Answers::new(shared, numbers, &own.row_depths, references, options.fetch);

@@ -1,5 +1,7 @@
 //! The numbers of a filtered map, as f32, half floats or normalised bytes (Klehm et al. 2014, Section 3.3 and Appendix A).
 
+use fearless_simd::f32x8;
+use fearless_simd::prelude::*;
 use half::f16;
 
 use crate::storage::Storage;
@@ -10,7 +12,23 @@ pub trait Number: Copy + Send + Sync {
     fn pack(value: f32) -> Self;
     /// The rounded number.
     fn unpack(self) -> f32;
+
+    /// The first [`EIGHT`] of some numbers.
+    #[inline(always)]
+    fn eight<S: Simd>(simd: S, numbers: &[Self]) -> f32x8<S> {
+        let mut values = [0.0; EIGHT];
+        for (value, number) in values.iter_mut().zip(numbers) {
+            *value = number.unpack();
+        }
+        f32x8::from_slice(simd, &values)
+    }
 }
+
+/// Numbers that are read side by side.
+pub const EIGHT: usize = 8;
+
+/// Numbers behind the last one, so that what is read side by side may be more than what is asked for.
+pub const BEHIND: usize = 2 * EIGHT;
 
 impl Number for f32 {
     #[inline(always)]
@@ -21,6 +39,11 @@ impl Number for f32 {
     #[inline(always)]
     fn unpack(self) -> f32 {
         self
+    }
+
+    #[inline(always)]
+    fn eight<S: Simd>(simd: S, numbers: &[Self]) -> f32x8<S> {
+        f32x8::from_slice(simd, &numbers[..EIGHT])
     }
 }
 
@@ -63,8 +86,9 @@ pub trait Visit {
 }
 
 impl Numbers {
-    /// Exactly so many numbers of a kind.
+    /// Exactly so many numbers of a kind, and [`BEHIND`].
     pub fn make_room(&mut self, storage: Storage, count: usize) {
+        let count = count + BEHIND;
         match storage {
             Storage::F32 => self.floats.resize(count, 0.0),
             Storage::F16 => self.halves.resize(count, f16::ZERO),
