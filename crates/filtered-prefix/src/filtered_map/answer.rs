@@ -11,14 +11,12 @@ use super::filter::{BESIDE, MOST, place};
 use super::numbers::{EIGHT, Number};
 use super::references::References;
 use super::row_depths::{RowDepths, cosine, measure};
+use super::turned::{LANES, by_number};
 use crate::fourier::harmonics;
 use crate::moments::{MOST_POWERS, bias_of, mass_below};
 use crate::options::Fetch;
 use crate::projective::{MOST_SPLITS, OwnMap, Rectification};
 use crate::storage::Storage;
-
-/// Pixels side by side.
-const LANES: usize = 16;
 
 /// Image rows that are answered together: rows of the map cross the image about upright, so that pixels above each other read
 /// texels beside each other.
@@ -59,7 +57,7 @@ struct Places {
 }
 
 impl<'a, T: Number> Answers<'a, T> {
-    /// From a map's numbers, `[row][column][reference][number]`.
+    /// From a map's numbers, `[row][reference][column][number]`.
     pub fn new(
         (frame, map, rectification): (&'a Frame<'a>, &OwnMap, &Rectification),
         (numbers, count): (&'a [T], usize),
@@ -201,9 +199,8 @@ impl<'a, T: Number> Answers<'a, T> {
             let (column, row) = ((at[0] as u32).min(last[0]), (at[1] as u32).min(last[1]));
             let (u, v) = ((at[0] - column as f32).min(1.0), (at[1] - row as f32).min(1.0));
             let (u, v) = if self.is_bilinear { (u, v) } else { (0.0, 0.0) };
-            texels.places[lane] = row * self.width as u32 + column;
-            texels.right[lane] = u32::from(column < last[0]);
-            texels.down[lane] = if row < last[1] { self.width as u32 } else { 0 };
+            (texels.columns[lane], texels.rows[lane]) = (column, row);
+            (texels.right[lane], texels.down[lane]) = (u32::from(column < last[0]), u32::from(row < last[1]));
             texels.weights[0][lane] = (1.0 - u) * (1.0 - v);
             texels.weights[1][lane] = u * (1.0 - v);
             texels.weights[2][lane] = (1.0 - u) * v;
@@ -216,17 +213,19 @@ impl<'a, T: Number> Answers<'a, T> {
     #[inline(always)]
     fn fetch<S: Simd>(&self, simd: S, texels: &Texels, places: &Places, lane: usize, means: &mut [f32]) {
         let (count, references) = (self.count + BESIDE, self.references.count());
-        let a_texel = count * references;
-        let first = texels.places[lane] as usize * a_texel + places.references[lane] as usize * count;
-        let right = texels.right[lane] as usize * a_texel;
-        let down = texels.down[lane] as usize * a_texel;
+        let a_side = self.width * count;
+        let reference = places.references[lane] as usize;
+        let first = texels.rows[lane] as usize * references + reference;
+        let first = (first * self.width + texels.columns[lane] as usize) * count;
+        let right = texels.right[lane] as usize * count;
+        let down = texels.down[lane] as usize * references * a_side;
         let weights = texels.weights.map(|weights| weights[lane]);
         let part = places.parts[lane];
         let sides: &[f32] = if references > 1 { &[1.0 - part, part] } else { &[1.0] };
         for (block, means) in means.chunks_exact_mut(EIGHT).enumerate() {
             let mut sum = f32x8::splat(simd, 0.0);
             for (side, &part) in sides.iter().enumerate() {
-                let first = first + side * count + block * EIGHT;
+                let first = first + side * a_side + block * EIGHT;
                 let of = |texel: usize, weight: f32| T::eight(simd, &self.numbers[texel..][..EIGHT]) * weight;
                 let [a, b] = [of(first, weights[0]), of(first + right, weights[1])];
                 let below = first + down;
@@ -241,8 +240,9 @@ impl<'a, T: Number> Answers<'a, T> {
 /// Four texels about each of some pixels' places; nearest fetches have the weight of one.
 #[derive(Default)]
 struct Texels {
-    /// The first one of the four, and how many texels on its neighbours are.
-    places: [u32; LANES],
+    /// The first one of the four, and whether there are neighbours.
+    columns: [u32; LANES],
+    rows: [u32; LANES],
     right: [u32; LANES],
     down: [u32; LANES],
     weights: [[f32; LANES]; 4],
@@ -313,7 +313,7 @@ impl<T: Number, const N: usize, const P: usize> Answer for FromMoments<'_, T, N,
                 self.map.fetch(simd, &texels, places, lane, fetched);
             }
             let of = |value: f32| f32x16::splat(simd, value);
-            let numbers = columns(simd, &fetched);
+            let numbers = by_number(simd, &fetched);
             let doubt = numbers[1].max(of(0.0));
             let inverse = of(1.0) / doubt.max(of(1e-12));
             let mut moments = [of(1.0); MOST_POWERS];
@@ -325,45 +325,5 @@ impl<T: Number, const N: usize, const P: usize> Answer for FromMoments<'_, T, N,
             let lit = numbers[0] + doubt * part.max(of(0.0));
             lit.store_slice(out);
         });
-    }
-}
-
-/// What sixteen pixels have fetched, number by number. Each step moves the lowest bit of a number's place to the top.
-#[inline(always)]
-fn columns<const P: usize, S: Simd>(simd: S, rows: &[[f32; P]; LANES]) -> [f32x16<S>; P] {
-    let flat = rows.as_flattened();
-    let mut now: [f32x16<S>; P] =
-        std::array::from_fn(|index| f32x16::from_slice(simd, &flat[index * LANES..][..LANES]));
-    for _ in 0..P.ilog2() {
-        let mut next = now;
-        for pair in 0..P / 2 {
-            (next[pair], next[P / 2 + pair]) = now[2 * pair].deinterleave(now[2 * pair + 1]);
-        }
-        now = next;
-    }
-    now
-}
-
-#[cfg(test)]
-mod tests {
-    use scatter_core::simd_level;
-
-    use super::*;
-
-    #[test]
-    fn columns_are_rows_turned() {
-        fn check<const P: usize>() {
-            let rows: [[f32; P]; LANES] =
-                std::array::from_fn(|lane| std::array::from_fn(|k| (100 * k + lane) as f32));
-            at_level!(simd_level(), simd => {
-                for (k, column) in columns(simd, &rows).iter().enumerate() {
-                    for (lane, &number) in column.as_slice().iter().enumerate() {
-                        assert_eq!(number, (100 * k + lane) as f32);
-                    }
-                }
-            });
-        }
-        check::<8>();
-        check::<16>();
     }
 }

@@ -9,17 +9,17 @@
 //! Surfaces that all view rays of the row see lit, or none, are summed apart, as in rows of slices: a texel's numbers are the part
 //! that is lit for all, the part in doubt, and the sums of the basis over the latter, all over the whole weight.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
 use scatter_core::{Frame, Level, Light, SpotLight, at_level, exp_f32, parallel, sun_interval_f32};
 
 use super::numbers::Number;
 use super::references::{self, References};
 use super::row_depths::{RowDepths, cosine, measure};
+use super::turned::{LANES, by_lane};
 use crate::fourier::harmonics;
 use crate::options::Basis;
 use crate::projective::{OwnMap, Rectification};
-
-/// Texels side by side.
-const LANES: usize = 16;
 
 /// Most numbers of a texel.
 pub const MOST: usize = 128;
@@ -78,29 +78,35 @@ impl<'a> RowFilter<'a> {
         Self { frame, map, rectification, depths, references, sigma, spot }
     }
 
-    /// Fills `numbers`, `[row][column][reference][number]`, rows on all threads; `count` are those of the basis.
+    /// Fills `numbers`, `[row][reference][column][number]`, rows on all threads; `count` are those of the basis.
     pub fn fill<T: Number>(&self, simd: Level, basis: Basis, count: usize, numbers: &mut [T]) {
         let a_row = self.map.width() * self.references.count() * (count + BESIDE);
         parallel::for_each_row(numbers, a_row, |row, numbers| {
             at_level!(
-                simd,
+                simd, vectors =>
                 match (basis, count) {
-                    (Basis::Moments, 4) => self.moments::<T, 6>(row, numbers),
-                    (Basis::Moments, 6) => self.moments::<T, 8>(row, numbers),
-                    (Basis::Moments, _) => self.moments::<T, 10>(row, numbers),
+                    (Basis::Moments, 4) => self.moments::<T, 6, 8, _>(vectors, row, numbers),
+                    (Basis::Moments, 6) => self.moments::<T, 8, 8, _>(vectors, row, numbers),
+                    (Basis::Moments, _) => self.moments::<T, 10, 16, _>(vectors, row, numbers),
                     (Basis::Fourier, _) => self.fourier(row, count, numbers),
                 }
             );
         });
     }
 
-    /// Means of the powers of depths, scaled to [−1, 1]; sums in f64. A is the number of all numbers.
+    /// Means of the powers of depths, scaled to [−1, 1]; sums in f64. A is the number of all numbers, P room for them: a power of two.
     #[inline(always)]
-    fn moments<T: Number, const A: usize>(&self, row: usize, numbers: &mut [T]) {
+    fn moments<T: Number, const A: usize, const P: usize, S: Simd>(
+        &self,
+        vectors: S,
+        row: usize,
+        numbers: &mut [T],
+    ) {
+        let mut terms = [[0.0f32; P]; LANES];
         let mut sums = [[0.0f64; A]; references::MOST];
         let mut totals = [0.0f64; references::MOST];
         let mut inverses = [[1.0f64; LANES]; references::MOST];
-        let references = self.references.count();
+        let (references, width) = (self.references.count(), self.map.width());
         self.blocks(
             row,
             #[inline(always)]
@@ -116,27 +122,25 @@ impl<'a> RowFilter<'a> {
                     }
                 }
                 // What is summed up, by whatever weights.
-                let mut terms = [[0.0f64; LANES]; A];
-                for lane in 0..LANES {
-                    let z = f64::from(place(block.depths[lane])) * 2.0 - 1.0;
-                    let mut power = f64::from(block.doubt[lane]);
-                    terms[0][lane] = f64::from(block.lit[lane]);
-                    terms[1][lane] = power;
-                    for terms in &mut terms[BESIDE..] {
-                        power *= z;
-                        terms[lane] = power;
-                    }
+                let mut numbers_of = [f32x16::splat(vectors, 0.0); P];
+                numbers_of[0] = f32x16::from_slice(vectors, &block.lit);
+                numbers_of[1] = f32x16::from_slice(vectors, &block.doubt);
+                let mut z = [0.0f32; LANES];
+                for (z, &depth) in z.iter_mut().zip(&block.depths) {
+                    *z = place(depth) * 2.0 - 1.0;
                 }
-                let a_texel = references * A;
-                let own = numbers[block.first * a_texel..].chunks_exact_mut(a_texel);
-                for (lane, texel) in own.enumerate().take(block.count) {
-                    let terms: [f64; A] = std::array::from_fn(|k| terms[k][lane]);
-                    for (reference, out) in texel.chunks_exact_mut(A).enumerate() {
+                let z = f32x16::from_slice(vectors, &z);
+                for k in BESIDE..A {
+                    numbers_of[k] = numbers_of[k - 1] * z;
+                }
+                by_lane(numbers_of, &mut terms);
+                for (lane, terms) in terms[..block.count].iter().enumerate() {
+                    for (reference, sums) in sums[..references].iter_mut().enumerate() {
                         let (weight, inverse) =
                             (f64::from(block.weights[reference][lane]), inverses[reference][lane]);
-                        let sums = &mut sums[reference];
+                        let out = &mut numbers[(reference * width + block.first + lane) * A..][..A];
                         for k in 0..A {
-                            sums[k] += weight * terms[k];
+                            sums[k] += weight * f64::from(terms[k]);
                             out[k] = T::pack((sums[k] * inverse) as f32);
                         }
                     }
@@ -152,7 +156,7 @@ impl<'a> RowFilter<'a> {
         let mut of_texel = [0.0f32; MOST];
         let mut sums = [[0.0f32; MOST]; references::MOST];
         let mut beside = [[0.0f32; BESIDE + 1]; references::MOST];
-        let references = self.references.count();
+        let (references, width) = (self.references.count(), self.map.width());
         self.blocks(
             row,
             #[inline(always)]
@@ -160,13 +164,14 @@ impl<'a> RowFilter<'a> {
                 harmonics(&block.depths.map(place), count / 2, |k, sines, cosines| {
                     (basis[2 * k], basis[2 * k + 1]) = (*sines, *cosines)
                 });
-                let a_texel = references * (count + BESIDE);
-                let own = numbers[block.first * a_texel..].chunks_exact_mut(a_texel);
-                for (lane, texel) in own.enumerate().take(block.count) {
+                let a_texel = count + BESIDE;
+                for lane in 0..block.count {
                     for (own, basis) in of_texel[..count].iter_mut().zip(&basis) {
                         *own = basis[lane];
                     }
-                    for (reference, out) in texel.chunks_exact_mut(count + BESIDE).enumerate() {
+                    for reference in 0..references {
+                        let first = (reference * width + block.first + lane) * a_texel;
+                        let out = &mut numbers[first..][..a_texel];
                         let weight = block.weights[reference][lane];
                         let in_doubt = weight * block.doubt[lane];
                         let [lit, doubt, total] = &mut beside[reference];

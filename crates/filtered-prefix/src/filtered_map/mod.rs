@@ -14,6 +14,7 @@ mod filter;
 mod numbers;
 mod references;
 mod row_depths;
+mod turned;
 
 use epipolar::driver::{Resolve, Shares};
 use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, simd_level};
@@ -69,6 +70,7 @@ impl FilteredMap {
         numbers.make_room(options.storage, texels * a_texel);
         numbers.visit(
             options.storage,
+            texels * a_texel,
             Work {
                 own: self,
                 frame,

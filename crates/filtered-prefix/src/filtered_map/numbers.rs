@@ -30,6 +30,9 @@ pub const EIGHT: usize = 8;
 /// Numbers behind the last one, so that what is read side by side may be more than what is asked for.
 pub const BEHIND: usize = 2 * EIGHT;
 
+/// Bytes of a line of a CPU's cache: numbers begin at a border, so that eight of them are never in two lines.
+const LINE: usize = 64;
+
 impl Number for f32 {
     #[inline(always)]
     fn pack(value: f32) -> Self {
@@ -86,9 +89,9 @@ pub trait Visit {
 }
 
 impl Numbers {
-    /// Exactly so many numbers of a kind, and [`BEHIND`].
+    /// Room for so many numbers of a kind.
     pub fn make_room(&mut self, storage: Storage, count: usize) {
-        let count = count + BEHIND;
+        let count = count + BEHIND + LINE;
         match storage {
             Storage::F32 => self.floats.resize(count, 0.0),
             Storage::F16 => self.halves.resize(count, f16::ZERO),
@@ -96,12 +99,12 @@ impl Numbers {
         }
     }
 
-    /// Visits those of a kind.
-    pub fn visit(&mut self, storage: Storage, visit: impl Visit) {
+    /// Visits `count` of a kind, and [`BEHIND`].
+    pub fn visit(&mut self, storage: Storage, count: usize, visit: impl Visit) {
         match storage {
-            Storage::F32 => visit.visit(&mut self.floats),
-            Storage::F16 => visit.visit(&mut self.halves),
-            Storage::U8 => visit.visit(&mut self.bytes),
+            Storage::F32 => visit.visit(aligned(&mut self.floats, count)),
+            Storage::F16 => visit.visit(aligned(&mut self.halves, count)),
+            Storage::U8 => visit.visit(aligned(&mut self.bytes, count)),
         }
     }
 
@@ -109,4 +112,10 @@ impl Numbers {
     pub fn memory_bytes(&self) -> usize {
         4 * self.floats.capacity() + 2 * self.halves.capacity() + self.bytes.capacity()
     }
+}
+
+/// So many numbers and those behind them, from a line's border on, where there is one to be found.
+fn aligned<T>(numbers: &mut [T], count: usize) -> &mut [T] {
+    let first = numbers.as_ptr().align_offset(LINE).min(LINE);
+    &mut numbers[first..][..count + BEHIND]
 }

@@ -66,7 +66,7 @@ pub fn mass_below<const N: usize, S: Simd, V: Lanes<S>>(
     for j in 0..=N {
         let mut d = moments[2 * j];
         for k in 0..j {
-            d -= lower[j][k] * lower[j][k] * diagonal[k];
+            d = d.less_product(lower[j][k] * lower[j][k], diagonal[k]);
         }
         // Rounding must not turn a mass negative.
         d = d.max(of(V::LEAST_PIVOT));
@@ -74,7 +74,7 @@ pub fn mass_below<const N: usize, S: Simd, V: Lanes<S>>(
         for i in j + 1..=N {
             let mut l = moments[i + j];
             for k in 0..j {
-                l -= lower[i][k] * lower[j][k] * diagonal[k];
+                l = l.less_product(lower[i][k] * lower[j][k], diagonal[k]);
             }
             lower[i][j] = l * inverse[j];
         }
@@ -84,7 +84,7 @@ pub fn mass_below<const N: usize, S: Simd, V: Lanes<S>>(
     let width = mass_at::<N, S, V>(&lower, &inverse, (one, z), &mut kernel);
     for i in (0..=N).rev() {
         for k in i + 1..=N {
-            kernel[i] -= lower[k][i] * kernel[k];
+            kernel[i] = kernel[i].less_product(lower[k][i], kernel[k]);
         }
     }
     let roots = real_roots::<N, S, V>(simd, &kernel);
@@ -114,7 +114,7 @@ fn mass_at<const N: usize, S: Simd, V: Lanes<S>>(
     for i in 0..=N {
         let mut value = power;
         for k in 0..i {
-            value -= lower[i][k] * y[k];
+            value = value.less_product(lower[i][k], y[k]);
         }
         y[i] = value;
         solved[i] = value * inverse[i];

@@ -22,6 +22,9 @@ pub trait Lanes<S: Simd>: SimdFloat<S> {
 
     /// One number in all lanes.
     fn of(simd: S, value: f64) -> Self;
+
+    /// `self − a·b`: certificates with two roundings, the same on every CPU; the rest with one where there is such an instruction.
+    fn less_product(self, a: Self, b: Self) -> Self;
 }
 
 impl<S: Simd> Lanes<S> for f64x8<S> {
@@ -35,6 +38,11 @@ impl<S: Simd> Lanes<S> for f64x8<S> {
     fn of(simd: S, value: f64) -> Self {
         Self::splat(simd, value)
     }
+
+    #[inline(always)]
+    fn less_product(self, a: Self, b: Self) -> Self {
+        self - a * b
+    }
 }
 
 impl<S: Simd> Lanes<S> for f32x16<S> {
@@ -47,5 +55,10 @@ impl<S: Simd> Lanes<S> for f32x16<S> {
     #[inline(always)]
     fn of(simd: S, value: f64) -> Self {
         Self::splat(simd, value as f32)
+    }
+
+    #[inline(always)]
+    fn less_product(self, a: Self, b: Self) -> Self {
+        (-a).mul_add(b, self)
     }
 }

@@ -46,17 +46,17 @@ fn fill_row(
         }
         // Ways along the light rays; what no layer holds is lit.
         let mut ways = [f64::INFINITY; LANES];
-        let mut missing = [true; LANES];
+        let mut missing = [1u64; LANES];
         for layer in shadow.layers() {
             RowOfLayer::new(rectification, y, &layer).find(&layer, &columns, &mut ways, &mut missing);
-            if !missing.contains(&true) {
+            if missing == [0; LANES] {
                 break;
             }
         }
         let mut out = [0.0f32; LANES];
         for lane in 0..LANES {
             let z = (rectification.depth_at(columns[lane], ways[lane]) - first) / range;
-            let z = if missing[lane] { f64::INFINITY } else { z };
+            let z = if missing[lane] != 0 { f64::INFINITY } else { z };
             out[lane] = if z > 1.0 { f32::INFINITY } else { z.max(0.0) as f32 };
         }
         texels.copy_from_slice(&out[..texels.len()]);
@@ -103,13 +103,13 @@ impl RowOfLayer {
         layer: &ShadowLayer<'_>,
         columns: &[f64; LANES],
         ways: &mut [f64; LANES],
-        missing: &mut [bool; LANES],
+        missing: &mut [u64; LANES],
     ) {
         let [width, height] = layer.projection().size();
         let (last, texels) = ([f64::from(width), f64::from(height)], layer.texels());
         let [start, slope] = self.texel;
         let mut places = [0u32; LANES];
-        let mut holds = [false; LANES];
+        let mut found = [0u64; LANES];
         let mut depths = [[0.0f64; LANES]; 2];
         for lane in 0..LANES {
             let q = if self.is_sun { 1.0 / columns[lane] } else { columns[lane] };
@@ -119,18 +119,19 @@ impl RowOfLayer {
                 let inverse = 1.0 / scale;
                 (u, v) = (u * inverse, v * inverse);
             }
-            holds[lane] = (scale > 0.0) & (u >= 0.0) & (v >= 0.0) & (u < last[0]) & (v < last[1]);
-            let (u, v) = if holds[lane] { (u, v) } else { (0.0, 0.0) };
+            let holds = (scale > 0.0) & (u >= 0.0) & (v >= 0.0) & (u < last[0]) & (v < last[1]);
+            found[lane] = u64::from(holds) & missing[lane];
+            let (u, v) = (if holds { u } else { 0.0 }, if holds { v } else { 0.0 });
             places[lane] = v as u32 * width + u as u32;
             for (depths, [start, slope]) in depths.iter_mut().zip(self.depth) {
                 depths[lane] = start + slope * q;
             }
         }
+        let stored = places.map(|place| texels[place as usize]);
         for lane in 0..LANES {
-            let stored = f64::from(texels[places[lane] as usize]);
-            let found = holds[lane] & missing[lane];
-            ways[lane] = if found { (stored - depths[0][lane]) / depths[1][lane] } else { ways[lane] };
-            missing[lane] &= !found;
+            let way = (f64::from(stored[lane]) - depths[0][lane]) / depths[1][lane];
+            ways[lane] = if found[lane] != 0 { way } else { ways[lane] };
+            missing[lane] &= !found[lane];
         }
     }
 }
