@@ -3,7 +3,7 @@
 
 use epipolar::driver::Shares;
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, f32x16};
+use fearless_simd::{f32x8, f32x16, f64x8};
 use glam::DVec3;
 use scatter_core::{Frame, Level, at_level, parallel};
 
@@ -320,10 +320,43 @@ impl<T: Number, const N: usize, const P: usize> Answer for FromMoments<'_, T, N,
             for (moment, number) in moments[1..=2 * N].iter_mut().zip(&numbers[BESIDE..]) {
                 *moment = *number * inverse;
             }
-            let bounds = mass_below::<N, _, _>(simd, &moments, f32x16::from_slice(simd, &z), self.bias);
-            let part = of(1.0) - bounds.least - bounds.width * 0.5;
-            let lit = numbers[0] + doubt * part.max(of(0.0));
+            let dark = middle::<N, _>(simd, &moments, f32x16::from_slice(simd, &z), self.bias);
+            let lit = numbers[0] + doubt * (of(1.0) - dark).max(of(0.0));
             lit.store_slice(out);
         });
     }
+}
+
+/// The middle of the bounds of the mass below z: in f32, but of eight moments, whose smallest pivots f32 does not resolve.
+#[inline(always)]
+fn middle<const N: usize, S: Simd>(
+    simd: S,
+    moments: &[f32x16<S>; MOST_POWERS],
+    z: f32x16<S>,
+    bias: f64,
+) -> f32x16<S> {
+    if N < 4 {
+        let bounds = mass_below::<N, _, _>(simd, moments, z, bias);
+        return bounds.least + bounds.width * 0.5;
+    }
+    let mut out = [0.0f32; LANES];
+    for (half, out) in out.chunks_exact_mut(LANES / 2).enumerate() {
+        let widened = |numbers: &f32x16<S>| {
+            let mut values = [0.0f64; LANES / 2];
+            for (value, &number) in values.iter_mut().zip(&numbers.as_slice()[half * (LANES / 2)..]) {
+                *value = f64::from(number);
+            }
+            f64x8::from_slice(simd, &values)
+        };
+        let mut wide = [f64x8::splat(simd, 1.0); MOST_POWERS];
+        for (wide, moment) in wide.iter_mut().zip(moments) {
+            *wide = widened(moment);
+        }
+        let bounds = mass_below::<N, _, _>(simd, &wide, widened(&z), bias);
+        let middle = bounds.least + bounds.width * 0.5;
+        for (out, &middle) in out.iter_mut().zip(middle.as_slice()) {
+            *out = middle as f32;
+        }
+    }
+    f32x16::from_slice(simd, &out)
 }

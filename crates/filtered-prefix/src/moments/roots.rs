@@ -72,9 +72,9 @@ fn cubic<S: Simd, V: Lanes<S>>(simd: S, a: V, b: V, c: V) -> [V; 3] {
     let m = (minus_p * of(1.0 / 3.0)).sqrt();
     let x = q * of(-0.5) / (m * m * m).max(of(V::TINY));
     let target = x.abs().min(of(1.0));
-    // The root with the sign of x is in [cos 30°, 1], where the slope is at least 6: three steps from within 0.006.
+    // The root with the sign of x is in [cos 30°, 1], where the slope is at least 6: some steps from within 0.006.
     let mut u = target * of(0.134) + of(0.866);
-    for _ in 0..3 {
+    for _ in 0..V::CUBIC_STEPS {
         let square = u * u;
         u -= ((square * of(4.0) - of(3.0)) * u - target) / (square * of(12.0) - of(3.0));
     }

@@ -127,7 +127,10 @@ impl RowOfLayer {
                 depths[lane] = start + slope * q;
             }
         }
-        let stored = places.map(|place| texels[place as usize]);
+        let mut stored = [0.0f32; LANES];
+        for (stored, &place) in stored.iter_mut().zip(&places) {
+            *stored = texels[place as usize];
+        }
         for lane in 0..LANES {
             let way = (f64::from(stored[lane]) - depths[0][lane]) / depths[1][lane];
             ways[lane] = if found[lane] != 0 { way } else { ways[lane] };
