@@ -175,7 +175,7 @@ impl<'a, T: Number> Answers<'a, T> {
         }
         let [firsts, scales] = self.row_depths.at(&places.rows);
         for lane in 0..LANES {
-            places.depths[lane] = ((slopes[lane] - firsts[lane]) * scales[lane]).max(0.0).min(1.0);
+            places.depths[lane] = ((slopes[lane] - firsts[lane]) * scales[lane]).clamp(0.0, 1.0);
         }
         let at = if self.lamp.is_some() { &slopes } else { &ways };
         self.references.blend(at, &ends, &mut places.references, &mut places.parts);
