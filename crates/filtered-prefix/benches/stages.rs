@@ -24,7 +24,7 @@ fn bounds_of<const N: usize>(moments: &[f64; MOST_POWERS], z: f64) -> f64 {
         let mut sum = f64x8::splat(simd, 0.0);
         for step in 0..1000 {
             let z = f64x8::splat(simd, z + 1e-5 * f64::from(step));
-            let bounds = mass_below::<N, _>(simd, &b, z, 1e-6);
+            let bounds = mass_below::<N, _, _>(simd, &b, z, 1e-6);
             sum = sum + bounds.least + bounds.width * 0.5;
         }
         sum.as_slice()[0] / 1000.0

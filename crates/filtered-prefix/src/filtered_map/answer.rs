@@ -2,23 +2,25 @@
 //! 2014, Listing 4, with `1 − e^{−dσ}` in the closed form that its share is multiplied by; Peters et al. 2016).
 
 use epipolar::driver::Shares;
-use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, f32x16, f64x8};
 use glam::DVec3;
 use scatter_core::{Frame, Level, at_level, parallel};
 
 use super::filter::{BESIDE, MOST, place};
-use super::numbers::Number;
+use super::numbers::{EIGHT, Number};
 use super::references::References;
 use super::row_depths::{RowDepths, cosine, measure};
+use super::turned::{LANES, by_number};
 use crate::fourier::harmonics;
 use crate::moments::{MOST_POWERS, bias_of, mass_below};
 use crate::options::Fetch;
 use crate::projective::{MOST_SPLITS, OwnMap, Rectification};
 use crate::storage::Storage;
 
-/// Pixels side by side.
-const LANES: usize = 16;
+/// Image rows that are answered together: rows of the map cross the image about upright, so that pixels above each other read
+/// texels beside each other.
+const BAND: usize = 16;
 
 /// What answers the pixels of a frame.
 pub struct Answers<'a, T> {
@@ -50,11 +52,12 @@ struct Places {
     /// 0 to 1, among the row's view rays.
     depths: [f32; LANES],
     /// The nearer of two references, and the part of the other.
-    references: [(u32, f32); LANES],
+    references: [u32; LANES],
+    parts: [f32; LANES],
 }
 
 impl<'a, T: Number> Answers<'a, T> {
-    /// From a map's numbers, `[row][column][reference][number]`.
+    /// From a map's numbers, `[row][reference][column][number]`.
     pub fn new(
         (frame, map, rectification): (&'a Frame<'a>, &OwnMap, &Rectification),
         (numbers, count): (&'a [T], usize),
@@ -91,7 +94,7 @@ impl<'a, T: Number> Answers<'a, T> {
 
     /// Answers all pixels from a Fourier series.
     pub fn fourier(&self, simd: Level, shares: &Shares) {
-        self.rows(simd, shares, &FromSeries(self));
+        self.rows(simd, shares, &FromSeries { map: self, simd });
     }
 
     /// Answers all pixels from moments.
@@ -101,31 +104,37 @@ impl<'a, T: Number> Answers<'a, T> {
             Storage::F16 | Storage::U8 => (bias_of(self.count as u32) * 6000.0).min(0.2),
         };
         match self.count {
-            4 => self.rows(simd, shares, &FromMoments::<T, 2> { map: self, simd, bias }),
-            6 => self.rows(simd, shares, &FromMoments::<T, 3> { map: self, simd, bias }),
-            _ => self.rows(simd, shares, &FromMoments::<T, 4> { map: self, simd, bias }),
+            4 => self.rows(simd, shares, &FromMoments::<T, 2, 8> { map: self, simd, bias }),
+            6 => self.rows(simd, shares, &FromMoments::<T, 3, 8> { map: self, simd, bias }),
+            _ => self.rows(simd, shares, &FromMoments::<T, 4, 16> { map: self, simd, bias }),
         }
     }
 
-    /// Answers all pixels, image rows on all threads.
+    /// Answers all pixels, bands of image rows on all threads.
     fn rows(&self, simd: Level, shares: &Shares, answer: &(impl Answer + Sync)) {
-        let [width, height] = self.frame.size().map(|side| side as usize);
-        // Rows without values: what is written are shared slots, and nothing is allocated for nothing.
-        let mut rows = vec![(); height];
-        parallel::for_each_row(&mut rows, 1, |y, _| at_level!(simd, self.row(y, width, shares, answer)));
+        let height = self.frame.size()[1] as usize;
+        // Bands without values: what is written are shared slots, and nothing is allocated for nothing.
+        let mut bands = vec![(); height.div_ceil(BAND)];
+        parallel::for_each_row(&mut bands, 1, |band, _| at_level!(simd, self.band(band, shares, answer)));
     }
 
     #[inline(always)]
-    fn row(&self, y: usize, width: usize, shares: &Shares, answer: &impl Answer) {
+    fn band(&self, band: usize, shares: &Shares, answer: &impl Answer) {
+        let [width, height] = self.frame.size().map(|side| side as usize);
         let mut places = Places::default();
         let mut out = [0.0f32; LANES];
         for x in (0..width).step_by(LANES) {
             let lanes = LANES.min(width - x);
-            self.place([x, y], lanes, &mut places);
-            answer.answer(&places, lanes, &mut out);
-            for (lane, &share) in out[..lanes].iter().enumerate() {
-                // The series overshoots; NaN is nobody's share.
-                shares.put(y * width + x + lane, 0, if share > 0.0 { share.min(1.0) } else { 0.0 });
+            for y in band * BAND..height.min((band + 1) * BAND) {
+                self.place([x, y], lanes, &mut places);
+                answer.answer(&places, &mut out);
+                for share in &mut out {
+                    // The series overshoots; NaN is nobody's share.
+                    *share = if *share > 0.0 { share.min(1.0) } else { 0.0 };
+                }
+                for (lane, &share) in out[..lanes].iter().enumerate() {
+                    shares.put(y * width + x + lane, 0, share);
+                }
             }
         }
     }
@@ -135,6 +144,9 @@ impl<'a, T: Number> Answers<'a, T> {
     fn place(&self, [x, y]: [usize; 2], lanes: usize, places: &mut Places) {
         let (width, limit) = (self.frame.size()[0] as usize, self.frame.max_distance() as f32);
         let depth = &self.frame.depth().texels()[y * width + x..][..lanes];
+        let mut ends = [1.0f32; LANES];
+        ends[..lanes].copy_from_slice(depth);
+        ends.iter_mut().for_each(|end| *end = end.min(limit));
         let at = |n: usize| {
             let [first, column, row] = self.parts.map(|parts| parts[n]);
             [(first + column * x as f64 + row * y as f64) as f32, column as f32]
@@ -142,10 +154,6 @@ impl<'a, T: Number> Answers<'a, T> {
         let [b, n, a] = [at(0), at(1), at(2)];
         let start = self.directions[0] + self.directions[1] * x as f64 + self.directions[2] * y as f64;
         let (start, step) = (start.as_vec3(), self.directions[1].as_vec3());
-        let mut ends = [0.0f32; LANES];
-        for (end, &depth) in ends.iter_mut().zip(depth) {
-            *end = depth.min(limit);
-        }
         let row_scale = self.height as f32 / (self.rows[1] - self.rows[0]);
         let mut columns = [0.0f32; LANES];
         let (mut slopes, mut ways) = ([0.0f32; LANES], [0.0f32; LANES]);
@@ -165,12 +173,12 @@ impl<'a, T: Number> Answers<'a, T> {
                 Some(distance) => (distance / s - a) * per_b,
             };
         }
-        for lane in 0..lanes {
-            let [first, scale] = self.row_depths.at(places.rows[lane]);
-            places.depths[lane] = ((slopes[lane] - first) * scale).clamp(0.0, 1.0);
-            let at = if self.lamp.is_some() { slopes[lane] } else { ways[lane] };
-            places.references[lane] = self.references.blend(at, ends[lane]);
+        let [firsts, scales] = self.row_depths.at(&places.rows);
+        for lane in 0..LANES {
+            places.depths[lane] = ((slopes[lane] - firsts[lane]) * scales[lane]).clamp(0.0, 1.0);
         }
+        let at = if self.lamp.is_some() { &slopes } else { &ways };
+        self.references.blend(at, &ends, &mut places.references, &mut places.parts);
         places.columns = [0.0; LANES];
         for &[near, scale] in &self.splits[..self.split_count] {
             for (place, &column) in places.columns.iter_mut().zip(&columns) {
@@ -179,72 +187,98 @@ impl<'a, T: Number> Answers<'a, T> {
         }
     }
 
-    /// Reads the numbers at a pixel's place, blended. The means of column i hold up to its far border, so that a ray that ends at i + 1 has
+    /// The texels about the pixels' places. The means of column i hold up to its far border, so that a ray that ends at i + 1 has
     /// them to itself.
     #[inline(always)]
-    fn fetch(&self, places: &Places, lane: usize, mut visit: impl FnMut(usize, f32)) {
-        let (a_reference, references) = (self.count + BESIDE, self.references.count());
-        let (reference, other_part) = places.references[lane];
-        let texel = |column: usize, row: usize, reference: usize| {
-            let first = ((row * self.width + column) * references + reference) * a_reference;
-            &self.numbers[first..first + a_reference]
-        };
-        let last = [self.width - 1, self.height - 1];
-        let sides = [(reference as usize, 1.0 - other_part), (reference as usize + 1, other_part)];
-        let sides = &sides[..if references > 1 { 2 } else { 1 }];
-        let mut means = [0.0f32; MOST + BESIDE];
-        let means = &mut means[..a_reference];
-        if self.is_bilinear {
-            let at = [(places.columns[lane] - 1.0).max(0.0), (places.rows[lane] - 0.5).max(0.0)];
-            let [column, row] = [0, 1].map(|n| (at[n] as usize).min(last[n]));
-            let [next_column, next_row] = [(column + 1).min(last[0]), (row + 1).min(last[1])];
-            let [u, v] = [(at[0] - column as f32).min(1.0), (at[1] - row as f32).min(1.0)];
-            let weights = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
-            for &(side, part) in sides {
-                let [a, b, c, d] = [
-                    texel(column, row, side),
-                    texel(next_column, row, side),
-                    texel(column, next_row, side),
-                    texel(next_column, next_row, side),
-                ];
-                let weights = weights.map(|weight| weight * part);
-                for k in 0..a_reference {
-                    means[k] += weights[0] * a[k].unpack()
-                        + weights[1] * b[k].unpack()
-                        + weights[2] * c[k].unpack()
-                        + weights[3] * d[k].unpack();
-                }
-            }
-        } else {
-            let at = [places.columns[lane], places.rows[lane]];
-            let [column, row] = [0, 1].map(|n| (at[n].max(0.0) as usize).min(last[n]));
-            for &(side, part) in sides {
-                for (mean, number) in means.iter_mut().zip(texel(column, row, side)) {
-                    *mean += part * number.unpack();
-                }
-            }
+    fn texels(&self, places: &Places) -> Texels {
+        let last = [self.width as u32 - 1, self.height as u32 - 1];
+        let mut texels = Texels::default();
+        let shift = if self.is_bilinear { [1.0, 0.5] } else { [0.0, 0.0] };
+        for lane in 0..LANES {
+            let at = [(places.columns[lane] - shift[0]).max(0.0), (places.rows[lane] - shift[1]).max(0.0)];
+            let (column, row) = ((at[0] as u32).min(last[0]), (at[1] as u32).min(last[1]));
+            let (u, v) = ((at[0] - column as f32).min(1.0), (at[1] - row as f32).min(1.0));
+            let (u, v) = if self.is_bilinear { (u, v) } else { (0.0, 0.0) };
+            (texels.columns[lane], texels.rows[lane]) = (column, row);
+            (texels.right[lane], texels.down[lane]) = (u32::from(column < last[0]), u32::from(row < last[1]));
+            texels.weights[0][lane] = (1.0 - u) * (1.0 - v);
+            texels.weights[1][lane] = u * (1.0 - v);
+            texels.weights[2][lane] = (1.0 - u) * v;
+            texels.weights[3][lane] = u * v;
         }
-        means.iter().enumerate().for_each(|(k, &mean)| visit(k, mean));
+        texels
     }
+
+    /// The numbers at a pixel's place, blended: as many as `means` has, of which those of the basis mean something.
+    #[inline(always)]
+    fn fetch<S: Simd>(&self, simd: S, texels: &Texels, places: &Places, lane: usize, means: &mut [f32]) {
+        let (count, references) = (self.count + BESIDE, self.references.count());
+        let a_side = self.width * count;
+        let reference = places.references[lane] as usize;
+        let first = texels.rows[lane] as usize * references + reference;
+        let first = (first * self.width + texels.columns[lane] as usize) * count;
+        let right = texels.right[lane] as usize * count;
+        let down = texels.down[lane] as usize * references * a_side;
+        let weights = texels.weights.map(|weights| weights[lane]);
+        let part = places.parts[lane];
+        let sides: &[f32] = if references > 1 { &[1.0 - part, part] } else { &[1.0] };
+        for (block, means) in means.chunks_exact_mut(EIGHT).enumerate() {
+            let mut sum = f32x8::splat(simd, 0.0);
+            for (side, &part) in sides.iter().enumerate() {
+                let first = first + side * a_side + block * EIGHT;
+                let of = |texel: usize, weight: f32| T::eight(simd, &self.numbers[texel..][..EIGHT]) * weight;
+                let [a, b] = [of(first, weights[0]), of(first + right, weights[1])];
+                let below = first + down;
+                let [c, d] = [of(below, weights[2]), of(below + right, weights[3])];
+                sum += ((a + b) + (c + d)) * part;
+            }
+            sum.store_slice(means);
+        }
+    }
+}
+
+/// Four texels about each of some pixels' places; nearest fetches have the weight of one.
+#[derive(Default)]
+struct Texels {
+    /// The first one of the four, and whether there are neighbours.
+    columns: [u32; LANES],
+    rows: [u32; LANES],
+    right: [u32; LANES],
+    down: [u32; LANES],
+    weights: [[f32; LANES]; 4],
 }
 
 /// Turns fetched numbers into shares.
 trait Answer {
-    /// The shares of `lanes` pixels.
-    fn answer(&self, places: &Places, lanes: usize, out: &mut [f32; LANES]);
+    /// The shares of the pixels.
+    fn answer(&self, places: &Places, out: &mut [f32; LANES]);
 }
 
-struct FromSeries<'a, T>(&'a Answers<'a, T>);
+struct FromSeries<'a, T> {
+    map: &'a Answers<'a, T>,
+    simd: Level,
+}
 
 impl<T: Number> Answer for FromSeries<'_, T> {
     #[inline(always)]
-    fn answer(&self, places: &Places, lanes: usize, out: &mut [f32; LANES]) {
+    fn answer(&self, places: &Places, out: &mut [f32; LANES]) {
+        let count = self.map.count + BESIDE;
+        let mut of_pixel = [0.0f32; MOST + EIGHT];
         let mut means = [[0.0f32; LANES]; MOST + BESIDE];
-        (0..lanes).for_each(|lane| self.0.fetch(places, lane, |k, mean| means[k][lane] = mean));
+        let texels = self.map.texels(places);
+        at_level!(self.simd, simd => {
+            for lane in 0..LANES {
+                let of_pixel = &mut of_pixel[..count.next_multiple_of(EIGHT)];
+                self.map.fetch(simd, &texels, places, lane, of_pixel);
+                for (means, &mean) in means[..count].iter_mut().zip(&*of_pixel) {
+                    means[lane] = mean;
+                }
+            }
+        });
         for lane in 0..LANES {
             out[lane] = means[0][lane] + 0.5 * means[1][lane];
         }
-        harmonics(&places.depths.map(place), self.0.count / 2, |k, sines, cosines| {
+        harmonics(&places.depths.map(place), self.map.count / 2, |k, sines, cosines| {
             let factor = 2.0 / ((2 * k + 1) as f32 * std::f32::consts::PI);
             let (own, other) = (&means[2 * k + BESIDE], &means[2 * k + 1 + BESIDE]);
             for lane in 0..LANES {
@@ -258,41 +292,71 @@ impl<T: Number> Answer for FromSeries<'_, T> {
     }
 }
 
-/// N is half the number of moments.
-struct FromMoments<'a, T, const N: usize> {
+/// N is half the number of moments, P room for the numbers of a reference: a power of two.
+struct FromMoments<'a, T, const N: usize, const P: usize> {
     map: &'a Answers<'a, T>,
     simd: Level,
     bias: f64,
 }
 
-impl<T: Number, const N: usize> Answer for FromMoments<'_, T, N> {
+impl<T: Number, const N: usize, const P: usize> Answer for FromMoments<'_, T, N, P> {
     #[inline(always)]
-    fn answer(&self, places: &Places, lanes: usize, out: &mut [f32; LANES]) {
-        let mut powers = [[0.0f64; LANES]; MOST_POWERS];
-        let mut lit_for_all = [0.0f64; LANES];
-        (0..lanes).for_each(|lane| {
-            self.map.fetch(places, lane, |k, mean| {
-                let mean = f64::from(mean);
-                if k == 0 { lit_for_all[lane] = mean } else { powers[k - 1][lane] = mean }
-            });
-        });
-        let z = places.depths.map(|depth| f64::from(place(depth)) * 2.0 - 1.0);
+    fn answer(&self, places: &Places, out: &mut [f32; LANES]) {
+        let mut z = [0.0f32; LANES];
+        for (z, &depth) in z.iter_mut().zip(&places.depths) {
+            *z = place(depth) * 2.0 - 1.0;
+        }
+        let texels = self.map.texels(places);
         at_level!(self.simd, simd => {
-            for half in [0, LANES / 2] {
-                let load = |lanes: &[f64; LANES]| f64x8::from_slice(simd, &lanes[half..half + 8]);
-                let doubt = load(&powers[0]).max(f64x8::splat(simd, 0.0));
-                let inverse = f64x8::splat(simd, 1.0) / doubt.max(f64x8::splat(simd, 1e-12));
-                let mut moments = [f64x8::splat(simd, 1.0); MOST_POWERS];
-                for (moment, powers) in moments.iter_mut().zip(&powers).skip(1) {
-                    *moment = load(powers) * inverse;
-                }
-                let bounds = mass_below::<N, _>(simd, &moments, load(&z), self.bias);
-                let part = f64x8::splat(simd, 1.0) - bounds.least - bounds.width * 0.5;
-                let lit = load(&lit_for_all) + doubt * part.max(f64x8::splat(simd, 0.0));
-                for lane in 0..8 {
-                    out[half + lane] = lit.as_slice()[lane] as f32;
-                }
+            let mut fetched = [[0.0f32; P]; LANES];
+            for (lane, fetched) in fetched.iter_mut().enumerate() {
+                self.map.fetch(simd, &texels, places, lane, fetched);
             }
+            let of = |value: f32| f32x16::splat(simd, value);
+            let numbers = by_number(simd, &fetched);
+            let doubt = numbers[1].max(of(0.0));
+            let inverse = of(1.0) / doubt.max(of(1e-12));
+            let mut moments = [of(1.0); MOST_POWERS];
+            for (moment, number) in moments[1..=2 * N].iter_mut().zip(&numbers[BESIDE..]) {
+                *moment = *number * inverse;
+            }
+            let dark = middle::<N, _>(simd, &moments, f32x16::from_slice(simd, &z), self.bias);
+            let lit = numbers[0] + doubt * (of(1.0) - dark).max(of(0.0));
+            lit.store_slice(out);
         });
     }
+}
+
+/// The middle of the bounds of the mass below z: in f32, but of eight moments, whose smallest pivots f32 does not resolve.
+#[inline(always)]
+fn middle<const N: usize, S: Simd>(
+    simd: S,
+    moments: &[f32x16<S>; MOST_POWERS],
+    z: f32x16<S>,
+    bias: f64,
+) -> f32x16<S> {
+    if N < 4 {
+        let bounds = mass_below::<N, _, _>(simd, moments, z, bias);
+        return bounds.least + bounds.width * 0.5;
+    }
+    let mut out = [0.0f32; LANES];
+    for (half, out) in out.chunks_exact_mut(LANES / 2).enumerate() {
+        let widened = |numbers: &f32x16<S>| {
+            let mut values = [0.0f64; LANES / 2];
+            for (value, &number) in values.iter_mut().zip(&numbers.as_slice()[half * (LANES / 2)..]) {
+                *value = f64::from(number);
+            }
+            f64x8::from_slice(simd, &values)
+        };
+        let mut wide = [f64x8::splat(simd, 1.0); MOST_POWERS];
+        for (wide, moment) in wide.iter_mut().zip(moments) {
+            *wide = widened(moment);
+        }
+        let bounds = mass_below::<N, _, _>(simd, &wide, widened(&z), bias);
+        let middle = bounds.least + bounds.width * 0.5;
+        for (out, &middle) in out.iter_mut().zip(middle.as_slice()) {
+            *out = middle as f32;
+        }
+    }
+    f32x16::from_slice(simd, &out)
 }

@@ -9,17 +9,17 @@
 //! Surfaces that all view rays of the row see lit, or none, are summed apart, as in rows of slices: a texel's numbers are the part
 //! that is lit for all, the part in doubt, and the sums of the basis over the latter, all over the whole weight.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
 use scatter_core::{Frame, Level, Light, SpotLight, at_level, exp_f32, parallel, sun_interval_f32};
 
 use super::numbers::Number;
 use super::references::{self, References};
 use super::row_depths::{RowDepths, cosine, measure};
+use super::turned::{LANES, by_lane};
 use crate::fourier::harmonics;
 use crate::options::Basis;
 use crate::projective::{OwnMap, Rectification};
-
-/// Texels side by side.
-const LANES: usize = 16;
 
 /// Most numbers of a texel.
 pub const MOST: usize = 128;
@@ -78,50 +78,75 @@ impl<'a> RowFilter<'a> {
         Self { frame, map, rectification, depths, references, sigma, spot }
     }
 
-    /// Fills `numbers`, `[row][column][reference][number]`, rows on all threads; `count` are those of the basis.
+    /// Fills `numbers`, `[row][reference][column][number]`, rows on all threads; `count` are those of the basis.
     pub fn fill<T: Number>(&self, simd: Level, basis: Basis, count: usize, numbers: &mut [T]) {
         let a_row = self.map.width() * self.references.count() * (count + BESIDE);
         parallel::for_each_row(numbers, a_row, |row, numbers| {
             at_level!(
-                simd,
+                simd, vectors =>
                 match (basis, count) {
-                    (Basis::Moments, 4) => self.moments::<T, 4>(row, numbers),
-                    (Basis::Moments, 6) => self.moments::<T, 6>(row, numbers),
-                    (Basis::Moments, _) => self.moments::<T, 8>(row, numbers),
+                    (Basis::Moments, 4) => self.moments::<T, 6, 8, _>(vectors, row, numbers),
+                    (Basis::Moments, 6) => self.moments::<T, 8, 8, _>(vectors, row, numbers),
+                    (Basis::Moments, _) => self.moments::<T, 10, 16, _>(vectors, row, numbers),
                     (Basis::Fourier, _) => self.fourier(row, count, numbers),
                 }
             );
         });
     }
 
-    /// Means of the powers of depths, scaled to [−1, 1]; sums in f64.
+    /// Means of the powers of depths, scaled to [−1, 1]; sums in f64. A is the number of all numbers, P room for them: a power of two.
     #[inline(always)]
-    fn moments<T: Number, const M: usize>(&self, row: usize, numbers: &mut [T]) {
-        let mut sums = [([0.0f64; M], [0.0f64; BESIDE + 1]); references::MOST];
-        let references = self.references.count();
-        self.blocks(row, |block| {
-            let a_texel = references * (M + BESIDE);
-            let own = numbers[block.first * a_texel..].chunks_exact_mut(a_texel);
-            for (lane, texel) in own.enumerate().take(block.count) {
-                let z = f64::from(place(block.depths[lane])) * 2.0 - 1.0;
-                for (reference, out) in texel.chunks_exact_mut(M + BESIDE).enumerate() {
-                    let (sums, [lit, doubt, total]) = &mut sums[reference];
-                    let weight = f64::from(block.weights[reference][lane]);
-                    let mut power = weight * f64::from(block.doubt[lane]);
-                    *lit += weight * f64::from(block.lit[lane]);
-                    *doubt += power;
-                    *total += weight;
-                    let inverse = 1.0 / *total;
-                    out[0] = T::pack((*lit * inverse) as f32);
-                    out[1] = T::pack((*doubt * inverse) as f32);
-                    for (sum, out) in sums.iter_mut().zip(&mut out[BESIDE..]) {
-                        power *= z;
-                        *sum += power;
-                        *out = T::pack((*sum * inverse) as f32);
+    fn moments<T: Number, const A: usize, const P: usize, S: Simd>(
+        &self,
+        vectors: S,
+        row: usize,
+        numbers: &mut [T],
+    ) {
+        let mut terms = [[0.0f32; P]; LANES];
+        let mut sums = [[0.0f64; A]; references::MOST];
+        let mut totals = [0.0f64; references::MOST];
+        let mut inverses = [[1.0f64; LANES]; references::MOST];
+        let (references, width) = (self.references.count(), self.map.width());
+        self.blocks(
+            row,
+            #[inline(always)]
+            |block| {
+                for (reference, inverses) in inverses[..references].iter_mut().enumerate() {
+                    let weights = &block.weights[reference][..block.count];
+                    for (inverse, &weight) in inverses.iter_mut().zip(weights) {
+                        totals[reference] += f64::from(weight);
+                        *inverse = totals[reference];
+                    }
+                    for inverse in inverses {
+                        *inverse = 1.0 / *inverse;
                     }
                 }
-            }
-        });
+                // What is summed up, by whatever weights.
+                let mut numbers_of = [f32x16::splat(vectors, 0.0); P];
+                numbers_of[0] = f32x16::from_slice(vectors, &block.lit);
+                numbers_of[1] = f32x16::from_slice(vectors, &block.doubt);
+                let mut z = [0.0f32; LANES];
+                for (z, &depth) in z.iter_mut().zip(&block.depths) {
+                    *z = place(depth) * 2.0 - 1.0;
+                }
+                let z = f32x16::from_slice(vectors, &z);
+                for k in BESIDE..A {
+                    numbers_of[k] = numbers_of[k - 1] * z;
+                }
+                by_lane(numbers_of, &mut terms);
+                for (lane, terms) in terms[..block.count].iter().enumerate() {
+                    for (reference, sums) in sums[..references].iter_mut().enumerate() {
+                        let (weight, inverse) =
+                            (f64::from(block.weights[reference][lane]), inverses[reference][lane]);
+                        let out = &mut numbers[(reference * width + block.first + lane) * A..][..A];
+                        for k in 0..A {
+                            sums[k] += weight * f64::from(terms[k]);
+                            out[k] = T::pack((sums[k] * inverse) as f32);
+                        }
+                    }
+                }
+            },
+        );
     }
 
     /// Means of sines and cosines, in turn.
@@ -131,35 +156,40 @@ impl<'a> RowFilter<'a> {
         let mut of_texel = [0.0f32; MOST];
         let mut sums = [[0.0f32; MOST]; references::MOST];
         let mut beside = [[0.0f32; BESIDE + 1]; references::MOST];
-        let references = self.references.count();
-        self.blocks(row, |block| {
-            harmonics(&block.depths.map(place), count / 2, |k, sines, cosines| {
-                (basis[2 * k], basis[2 * k + 1]) = (*sines, *cosines)
-            });
-            let a_texel = references * (count + BESIDE);
-            let own = numbers[block.first * a_texel..].chunks_exact_mut(a_texel);
-            for (lane, texel) in own.enumerate().take(block.count) {
-                for (own, basis) in of_texel[..count].iter_mut().zip(&basis) {
-                    *own = basis[lane];
-                }
-                for (reference, out) in texel.chunks_exact_mut(count + BESIDE).enumerate() {
-                    let weight = block.weights[reference][lane];
-                    let in_doubt = weight * block.doubt[lane];
-                    let [lit, doubt, total] = &mut beside[reference];
-                    *lit += weight * block.lit[lane];
-                    *doubt += in_doubt;
-                    *total += weight;
-                    let inverse = 1.0 / *total;
-                    out[0] = T::pack(*lit * inverse);
-                    out[1] = T::pack(*doubt * inverse);
-                    let sums = sums[reference].iter_mut();
-                    for ((sum, basis), out) in sums.zip(&of_texel).zip(&mut out[BESIDE..]) {
-                        *sum += in_doubt * basis;
-                        *out = T::pack(*sum * inverse);
+        let (references, width) = (self.references.count(), self.map.width());
+        self.blocks(
+            row,
+            #[inline(always)]
+            |block| {
+                harmonics(&block.depths.map(place), count / 2, |k, sines, cosines| {
+                    (basis[2 * k], basis[2 * k + 1]) = (*sines, *cosines)
+                });
+                let a_texel = count + BESIDE;
+                for lane in 0..block.count {
+                    for (own, basis) in of_texel[..count].iter_mut().zip(&basis) {
+                        *own = basis[lane];
+                    }
+                    for reference in 0..references {
+                        let first = (reference * width + block.first + lane) * a_texel;
+                        let out = &mut numbers[first..][..a_texel];
+                        let weight = block.weights[reference][lane];
+                        let in_doubt = weight * block.doubt[lane];
+                        let [lit, doubt, total] = &mut beside[reference];
+                        *lit += weight * block.lit[lane];
+                        *doubt += in_doubt;
+                        *total += weight;
+                        let inverse = 1.0 / *total;
+                        out[0] = T::pack(*lit * inverse);
+                        out[1] = T::pack(*doubt * inverse);
+                        let sums = sums[reference].iter_mut();
+                        for ((sum, basis), out) in sums.zip(&of_texel).zip(&mut out[BESIDE..]) {
+                            *sum += in_doubt * basis;
+                            *out = T::pack(*sum * inverse);
+                        }
                     }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Visits a row's texels, some at a time.
@@ -189,7 +219,9 @@ impl<'a> RowFilter<'a> {
             for (index, texels) in texels.chunks(LANES).enumerate() {
                 let in_split = index * LANES;
                 (block.first, block.count) = (split as usize * a_split + in_split, texels.len());
-                for (lane, &texel) in texels.iter().enumerate() {
+                let mut surfaces = [f32::INFINITY; LANES];
+                surfaces[..block.count].copy_from_slice(texels);
+                for (lane, &texel) in surfaces.iter().enumerate() {
                     // Behind all view rays of the picture, or before them, where the map's own range ends.
                     let depth = measure((first + (last - first) * texel.min(1.0)) * own_cosine);
                     let depth = (depth - start) * scale;

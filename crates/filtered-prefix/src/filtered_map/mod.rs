@@ -14,6 +14,7 @@ mod filter;
 mod numbers;
 mod references;
 mod row_depths;
+mod turned;
 
 use epipolar::driver::{Resolve, Shares};
 use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, simd_level};
@@ -69,6 +70,7 @@ impl FilteredMap {
         numbers.make_room(options.storage, texels * a_texel);
         numbers.visit(
             options.storage,
+            texels * a_texel,
             Work {
                 own: self,
                 frame,
@@ -117,7 +119,8 @@ impl numbers::Visit for Work<'_, '_> {
         let (own, shared) = (&*own, (frame, map, rectification));
         let filter = filter::RowFilter::new(shared, &own.row_depths, references, sigma);
         let count = options.coefficients as usize;
-        filter.fill(own.simd, options.basis, count, numbers);
+        let behind = numbers.len() - numbers::BEHIND;
+        filter.fill(own.simd, options.basis, count, &mut numbers[..behind]);
         clock.lap(stats, "prefix");
         let numbers = (&*numbers, count);
         let answers = answer::Answers::new(shared, numbers, &own.row_depths, references, options.fetch);

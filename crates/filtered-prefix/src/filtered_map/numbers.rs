@@ -1,5 +1,7 @@
 //! The numbers of a filtered map, as f32, half floats or normalised bytes (Klehm et al. 2014, Section 3.3 and Appendix A).
 
+use fearless_simd::f32x8;
+use fearless_simd::prelude::*;
 use half::f16;
 
 use crate::storage::Storage;
@@ -10,7 +12,26 @@ pub trait Number: Copy + Send + Sync {
     fn pack(value: f32) -> Self;
     /// The rounded number.
     fn unpack(self) -> f32;
+
+    /// The first [`EIGHT`] of some numbers.
+    #[inline(always)]
+    fn eight<S: Simd>(simd: S, numbers: &[Self]) -> f32x8<S> {
+        let mut values = [0.0; EIGHT];
+        for (value, number) in values.iter_mut().zip(numbers) {
+            *value = number.unpack();
+        }
+        f32x8::from_slice(simd, &values)
+    }
 }
+
+/// Numbers that are read side by side.
+pub const EIGHT: usize = 8;
+
+/// Numbers behind the last one, so that what is read side by side may be more than what is asked for.
+pub const BEHIND: usize = 2 * EIGHT;
+
+/// Bytes of a line of a CPU's cache: numbers begin at a border, so that eight of them are never in two lines.
+const LINE: usize = 64;
 
 impl Number for f32 {
     #[inline(always)]
@@ -21,6 +42,11 @@ impl Number for f32 {
     #[inline(always)]
     fn unpack(self) -> f32 {
         self
+    }
+
+    #[inline(always)]
+    fn eight<S: Simd>(simd: S, numbers: &[Self]) -> f32x8<S> {
+        f32x8::from_slice(simd, &numbers[..EIGHT])
     }
 }
 
@@ -63,8 +89,9 @@ pub trait Visit {
 }
 
 impl Numbers {
-    /// Exactly so many numbers of a kind.
+    /// Room for so many numbers of a kind.
     pub fn make_room(&mut self, storage: Storage, count: usize) {
+        let count = count + BEHIND + LINE;
         match storage {
             Storage::F32 => self.floats.resize(count, 0.0),
             Storage::F16 => self.halves.resize(count, f16::ZERO),
@@ -72,12 +99,12 @@ impl Numbers {
         }
     }
 
-    /// Visits those of a kind.
-    pub fn visit(&mut self, storage: Storage, visit: impl Visit) {
+    /// Visits `count` of a kind, and [`BEHIND`].
+    pub fn visit(&mut self, storage: Storage, count: usize, visit: impl Visit) {
         match storage {
-            Storage::F32 => visit.visit(&mut self.floats),
-            Storage::F16 => visit.visit(&mut self.halves),
-            Storage::U8 => visit.visit(&mut self.bytes),
+            Storage::F32 => visit.visit(aligned(&mut self.floats, count)),
+            Storage::F16 => visit.visit(aligned(&mut self.halves, count)),
+            Storage::U8 => visit.visit(aligned(&mut self.bytes, count)),
         }
     }
 
@@ -85,4 +112,10 @@ impl Numbers {
     pub fn memory_bytes(&self) -> usize {
         4 * self.floats.capacity() + 2 * self.halves.capacity() + self.bytes.capacity()
     }
+}
+
+/// So many numbers and those behind them, from a line's border on, where there is one to be found.
+fn aligned<T>(numbers: &mut [T], count: usize) -> &mut [T] {
+    let first = numbers.as_ptr().align_offset(LINE).min(LINE);
+    &mut numbers[first..][..count + BEHIND]
 }

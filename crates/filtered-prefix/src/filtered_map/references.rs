@@ -92,23 +92,36 @@ impl References {
         self.knots[index]
     }
 
-    /// The nearer of the two references of a view ray, and the part of the other one. `way` is the ray's length, or 0.
+    /// The nearer of the two references of view rays, and the part of the other one. `ways` are the rays' lengths, or 0.
     ///
     /// The normalised weights of rays of an optical depth τ lie between those of two others about as `1/(1 + τ/6)` does: linear in τ
     /// where it is small, in the mean way `1/τ` where it is large.
     #[inline(always)]
-    pub fn blend(&self, at: f32, way: f32) -> (u32, f32) {
+    pub fn blend<const L: usize>(
+        &self,
+        at: &[f32; L],
+        ways: &[f32; L],
+        firsts: &mut [u32; L],
+        parts: &mut [f32; L],
+    ) {
         if self.count == 1 {
-            return (0, 0.0);
+            (*firsts, *parts) = ([0; L], [0.0; L]);
+            return;
         }
-        let mut first = 0;
-        for index in 1..self.count - 1 {
-            first = if at >= self.knots[index] { index } else { first };
+        let [a, b, c] = self.knots;
+        // With two there is nothing beyond the second.
+        let middle = if self.count == 2 { f32::INFINITY } else { b };
+        // A lamp's directions may be 0, and have no depth.
+        let is_bent = self.sixth > 0.0;
+        for lane in 0..L {
+            let is_far = at[lane] >= middle;
+            let (low, high) = (if is_far { b } else { a }, if is_far { c } else { b });
+            let at = at[lane].max(low).min(high);
+            let depth = self.sixth * ways[lane];
+            let (bent, straight) = ((at + depth * high) / (at + depth * at), (at - low) / (high - low));
+            let part = if is_bent { straight * bent } else { straight };
+            firsts[lane] = u32::from(is_far);
+            parts[lane] = part.min(1.0);
         }
-        let [low, high] = [self.knots[first], self.knots[first + 1]];
-        let at = at.clamp(low, high);
-        let depth = self.sixth * way;
-        let part = (at - low) / (high - low) * (1.0 + depth * high / at) / (1.0 + depth);
-        (first as u32, part.min(1.0))
     }
 }

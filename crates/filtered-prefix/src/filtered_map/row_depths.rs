@@ -15,7 +15,7 @@ const NARROWEST: f64 = 1.0 / 16.0;
 /// The ranges of all rows; a buffer.
 #[derive(Debug, Default)]
 pub struct RowDepths {
-    /// First depth, and the range's inverse.
+    /// First depth, and the range's inverse; the last row's twice.
     ranges: Vec<[f32; 2]>,
 }
 
@@ -48,6 +48,7 @@ impl RowDepths {
             (*first, *last) = (*first - missing, *last + missing);
             *last = 1.0 / (*last - *first);
         }
+        self.ranges.extend(self.ranges.last().copied());
     }
 
     /// First depth and the inverse of the range, of one row.
@@ -56,14 +57,28 @@ impl RowDepths {
         self.ranges[row]
     }
 
-    /// The same at a place between the middles of rows.
+    /// The same at places between the middles of rows: first depths, and inverses.
     #[inline(always)]
-    pub fn at(&self, place: f32) -> [f32; 2] {
-        let place = (place - 0.5).max(0.0);
-        let row = (place as usize).min(self.ranges.len() - 1);
-        let [a, b] = [self.ranges[row], self.ranges[(row + 1).min(self.ranges.len() - 1)]];
-        let part = (place - row as f32).min(1.0);
-        [0, 1].map(|n| a[n] + part * (b[n] - a[n]))
+    pub fn at<const L: usize>(&self, places: &[f32; L]) -> [[f32; L]; 2] {
+        let last = (self.ranges.len() - 2) as u32;
+        let (mut rows, mut parts) = ([0u32; L], [0.0f32; L]);
+        for lane in 0..L {
+            let place = (places[lane] - 0.5).max(0.0);
+            rows[lane] = (place as u32).min(last);
+            parts[lane] = (place - rows[lane] as f32).min(1.0);
+        }
+        let mut ends = [[0.0f32; L]; 4];
+        for lane in 0..L {
+            let row = rows[lane] as usize;
+            let [a, b] = [self.ranges[row], self.ranges[row + 1]];
+            (ends[0][lane], ends[1][lane], ends[2][lane], ends[3][lane]) = (a[0], a[1], b[0], b[1]);
+        }
+        let mut out = [[0.0f32; L]; 2];
+        for lane in 0..L {
+            out[0][lane] = ends[0][lane] + parts[lane] * (ends[2][lane] - ends[0][lane]);
+            out[1][lane] = ends[1][lane] + parts[lane] * (ends[3][lane] - ends[1][lane]);
+        }
+        out
     }
 
     /// Bytes held.

@@ -72,7 +72,7 @@ impl MomentAnswers<'_> {
             for (moment, powers) in moments.iter_mut().zip(&powers) {
                 *moment = load(powers) * inverse;
             }
-            let bounds = mass_below::<N, S>(simd, &moments, load(&places), self.bias);
+            let bounds = mass_below::<N, S, _>(simd, &moments, load(&places), self.bias);
             let half = bounds.width * 0.5;
             let part = (f64x8::splat(simd, 1.0) - bounds.least - half).max(f64x8::splat(simd, 0.0));
             let (shares, doubts) = (part * amount + load(&lit), (half + self.bias) * amount);

@@ -4,6 +4,7 @@
 mod answers;
 mod bounds;
 mod filtered_row;
+mod lanes;
 mod roots;
 
 pub use answers::{Answer, MomentAnswers};
@@ -11,3 +12,4 @@ pub use answers::{Answer, MomentAnswers};
 pub use bounds::mass_bounds;
 pub use bounds::{COUNTS, MOST_POWERS, MassBounds, bias_of, mass_below};
 pub use filtered_row::MomentRow;
+pub use lanes::Lanes;

@@ -1,41 +1,35 @@
-//! Roots of polynomials all of whose roots are real, of degrees 2 to 4, eight polynomials side by side, without a libm call but
+//! Roots of polynomials all of whose roots are real, of degrees 2 to 4, several polynomials side by side, without a libm call but
 //! square roots.
 //!
 //! The polynomials are kernels of a positive measure with one node given, so their roots are real and apart (Peters and Klein
-//! 2015, Algorithm 1). One of them may be far away or infinite: it is clamped to [`FARTHEST`], where its weight is nothing.
+//! 2015, Algorithm 1). One of them may be far away or infinite: it is clamped to [`Lanes::FARTHEST`], where its weight is nothing.
 
-use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 
-/// Roots beyond are taken there.
-const FARTHEST: f64 = 1e6;
-
-/// A leading coefficient that is smaller than this part of the largest one is taken to be as large: the root that it sends
-/// away lies beyond everything that has a weight.
-const LEAST_LEADING: f64 = 1e-9;
+use super::lanes::Lanes;
 
 /// The N roots of `c[0] + c[1]·z + … + c[N]·z^N`, in any order; N is 2, 3 or 4.
 ///
-/// To about 1e-8 for roots in [−2, 2] whose polynomial has its coefficients of one size, unless two are as near; a caller can check
+/// In f64 to about 1e-8 for roots in [−2, 2] whose polynomial has its coefficients of one size, unless two are as near; a caller can check
 /// the sum of their weights.
 #[inline(always)]
-pub fn real_roots<const N: usize, S: Simd>(simd: S, c: &[f64x8<S>; 5]) -> [f64x8<S>; 4] {
-    let splat = |value: f64| f64x8::splat(simd, value);
-    let mut largest = splat(1e-200);
+pub fn real_roots<const N: usize, S: Simd, V: Lanes<S>>(simd: S, c: &[V; 5]) -> [V; 4] {
+    let of = |value: f64| V::of(simd, value);
+    let mut largest = of(V::TINY);
     for c in &c[..=N] {
         largest = largest.max(c.abs());
     }
-    let leading = c[N].abs().max(largest * LEAST_LEADING).copysign(c[N]);
-    let scale = splat(1.0) / leading;
-    let mut roots = [splat(0.0); 4];
+    let leading = c[N].abs().max(largest * of(V::LEAST_LEADING)).copysign(c[N]);
+    let scale = of(1.0) / leading;
+    let mut roots = [of(0.0); 4];
     match N {
         2 => {
-            let (b, c) = (c[1] * scale * 0.5, c[0] * scale);
-            let root = (b * b - c).max(splat(0.0)).sqrt();
+            let (b, c) = (c[1] * scale * of(0.5), c[0] * scale);
+            let root = (b * b - c).max(of(0.0)).sqrt();
             // Of the two signs the one that adds; the other root follows from their product.
-            let far = splat(0.0) - (b + root.copysign(b));
+            let far = of(0.0) - (b + root.copysign(b));
             roots[0] = far;
-            roots[1] = c / far.abs().max(splat(1e-200)).copysign(far);
+            roots[1] = c / far.abs().max(of(V::TINY)).copysign(far);
         }
         3 => {
             let [one, two, three] = cubic(simd, c[2] * scale, c[1] * scale, c[0] * scale);
@@ -46,72 +40,74 @@ pub fn real_roots<const N: usize, S: Simd>(simd: S, c: &[f64x8<S>; 5]) -> [f64x8
     for root in &mut roots[..N] {
         if N > 2 {
             // What closed forms lose beside a root far away, Newton's steps find again.
-            for _ in 2..N {
-                *root = polished::<N, S>(simd, c, *root);
+            for _ in 0..V::STEPS * (N - 2) {
+                *root = polished::<N, S, V>(simd, c, *root);
             }
         }
-        *root = root.max(splat(-FARTHEST)).min(splat(FARTHEST));
+        *root = root.max(of(-V::FARTHEST)).min(of(V::FARTHEST));
     }
     roots
 }
 
 /// One step of Newton's, no longer than a unit.
 #[inline(always)]
-fn polished<const N: usize, S: Simd>(simd: S, c: &[f64x8<S>; 5], z: f64x8<S>) -> f64x8<S> {
-    let (mut value, mut slope) = (c[N], f64x8::splat(simd, 0.0));
+fn polished<const N: usize, S: Simd, V: Lanes<S>>(simd: S, c: &[V; 5], z: V) -> V {
+    let (mut value, mut slope) = (c[N], V::of(simd, 0.0));
     for k in (0..N).rev() {
         slope = slope.mul_add(z, value);
         value = value.mul_add(z, c[k]);
     }
     let step = value / slope;
-    let short = step.abs().simd_le(f64x8::splat(simd, 1.0));
-    z - short.select(step, f64x8::splat(simd, 0.0))
+    let short = step.abs().simd_le(V::of(simd, 1.0));
+    z - short.select(step, V::of(simd, 0.0))
 }
 
 /// Roots of `z³ + a·z² + b·z + c`: `z = 2m·u − a/3` turns it into `4u³ − 3u = x`, |x| ≤ 1.
 #[inline(always)]
-fn cubic<S: Simd>(simd: S, a: f64x8<S>, b: f64x8<S>, c: f64x8<S>) -> [f64x8<S>; 3] {
-    let splat = |value: f64| f64x8::splat(simd, value);
-    let third = a * (1.0 / 3.0);
-    let minus_p = (third * a - b).max(splat(0.0));
-    let q = third * (third * third * 2.0 - b) + c;
-    let m = (minus_p * (1.0 / 3.0)).sqrt();
-    let x = q * -0.5 / (m * m * m).max(splat(1e-200));
-    let target = x.abs().min(splat(1.0));
-    // The root with the sign of x is in [cos 30°, 1], where the slope is at least 6: three steps from within 0.006.
-    let mut u = target * 0.134 + 0.866;
-    for _ in 0..3 {
+fn cubic<S: Simd, V: Lanes<S>>(simd: S, a: V, b: V, c: V) -> [V; 3] {
+    let of = |value: f64| V::of(simd, value);
+    let third = a * of(1.0 / 3.0);
+    let minus_p = (third * a - b).max(of(0.0));
+    let q = third * (third * third * of(2.0) - b) + c;
+    let m = (minus_p * of(1.0 / 3.0)).sqrt();
+    let x = q * of(-0.5) / (m * m * m).max(of(V::TINY));
+    let target = x.abs().min(of(1.0));
+    // The root with the sign of x is in [cos 30°, 1], where the slope is at least 6: some steps from within 0.006.
+    let mut u = target * of(0.134) + of(0.866);
+    for _ in 0..V::CUBIC_STEPS {
         let square = u * u;
-        u -= ((square * 4.0 - 3.0) * u - target) / (square * 12.0 - 3.0);
+        u -= ((square * of(4.0) - of(3.0)) * u - target) / (square * of(12.0) - of(3.0));
     }
-    let u = u.min(splat(1.0));
-    let other = ((splat(1.0) - u * u) * 0.75).max(splat(0.0)).sqrt();
-    let twice = (m * 2.0).copysign(x);
-    let half = u * -0.5;
+    let u = u.min(of(1.0));
+    let other = ((of(1.0) - u * u) * of(0.75)).max(of(0.0)).sqrt();
+    let twice = (m * of(2.0)).copysign(x);
+    let half = u * of(-0.5);
     [u, half + other, half - other].map(|u| twice * u - third)
 }
 
 /// Roots of `z⁴ + a·z³ + b·z² + c·z + d` by Euler's resolvent, whose roots are real and ≥ 0 where those of the quartic are real.
 #[inline(always)]
-fn quartic<S: Simd>(simd: S, a: f64x8<S>, b: f64x8<S>, c: f64x8<S>, d: f64x8<S>) -> [f64x8<S>; 4] {
-    let quarter = a * 0.25;
+fn quartic<S: Simd, V: Lanes<S>>(simd: S, a: V, b: V, c: V, d: V) -> [V; 4] {
+    let of = |value: f64| V::of(simd, value);
+    let quarter = a * of(0.25);
     let square = quarter * quarter;
-    let p = b - square * 6.0;
-    let q = c - quarter * b * 2.0 + quarter * square * 8.0;
-    let r = d - quarter * c + square * b - square * square * 3.0;
-    let minus_q = f64x8::splat(simd, 0.0) - q;
-    let resolved = cubic(simd, p * 2.0, p * p - r * 4.0, minus_q * q);
-    let [one, two, three] = resolved.map(|z| z.max(f64x8::splat(simd, 0.0)).sqrt());
+    let p = b - square * of(6.0);
+    let q = c - quarter * b * of(2.0) + quarter * square * of(8.0);
+    let r = d - quarter * c + square * b - square * square * of(3.0);
+    let minus_q = V::of(simd, 0.0) - q;
+    let resolved = cubic(simd, p * of(2.0), p * p - r * of(4.0), minus_q * q);
+    let [one, two, three] = resolved.map(|z| z.max(V::of(simd, 0.0)).sqrt());
     // The product of the three roots is −q.
     let three = three.copysign(minus_q);
-    let half = |x: f64x8<S>| x * 0.5 - quarter;
+    let half = |x: V| x * of(0.5) - quarter;
     let (sum, difference) = (one + two, one - two);
-    let zero = f64x8::splat(simd, 0.0);
+    let zero = V::of(simd, 0.0);
     [half(sum + three), half(difference - three), half(zero - difference - three), half(three - sum)]
 }
 
 #[cfg(test)]
 mod tests {
+    use fearless_simd::f64x8;
     use proptest::prelude::*;
     use scatter_core::{Level, at_level};
 
@@ -120,7 +116,7 @@ mod tests {
     fn roots_of<const N: usize>(c: &[f64; 5]) -> Vec<f64> {
         at_level!(Level::new(), simd => {
             let lanes = c.map(|c| f64x8::splat(simd, c));
-            real_roots::<N, _>(simd, &lanes)[..N].iter().map(|root| root.as_slice()[3]).collect()
+            real_roots::<N, _, _>(simd, &lanes)[..N].iter().map(|root| root.as_slice()[3]).collect()
         })
     }
 

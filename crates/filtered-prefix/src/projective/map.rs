@@ -3,10 +3,12 @@
 use epipolar::driver::{SliceLight, SliceView};
 use epipolar::geometry::diamond_angle;
 use epipolar::rows::Row;
-use scatter_core::{Frame, MapError, MapSource, RenderError, ShadowMap, at_level, parallel};
+use scatter_core::{Frame, Level, MapError, MapSource, RenderError, at_level, simd_level};
 
 use super::columns::LightSpread;
-use super::rectification::{Extent, NotRectified, Reach, Rectification};
+use super::reach::Reach;
+use super::rectification::{Extent, NotRectified, Rectification};
+use super::resampling::resample;
 
 /// Texels that become lit columns side by side.
 const LANES: usize = 64;
@@ -29,7 +31,7 @@ pub struct OwnMapSettings {
 }
 
 /// A projective shadow map with its texels; kept from frame to frame.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct OwnMap {
     rectification: Option<Rectification>,
     columns: usize,
@@ -42,6 +44,25 @@ pub struct OwnMap {
     split: Vec<f32>,
     reach: Reach,
     spread: LightSpread,
+    simd: Level,
+}
+
+impl Default for OwnMap {
+    /// Empty, for the CPU that it runs on.
+    fn default() -> Self {
+        Self {
+            rectification: None,
+            columns: 0,
+            rows: 0,
+            splits: 0,
+            borders: [0.0; MOST_SPLITS + 1],
+            texels: Vec::new(),
+            split: Vec::new(),
+            reach: Reach::default(),
+            spread: LightSpread::default(),
+            simd: simd_level(),
+        }
+    }
 }
 
 impl OwnMap {
@@ -55,10 +76,11 @@ impl OwnMap {
         extent: Extent,
     ) -> Result<Result<(), NotRectified>, RenderError> {
         self.clear();
-        let mut rectification = match Rectification::new(frame, by_itself, extent, &mut self.reach) {
-            Ok(rectification) => rectification,
-            Err(reason) => return Ok(Err(reason)),
-        };
+        let mut rectification =
+            match Rectification::new(frame, by_itself, extent, (&mut self.reach, self.simd)) {
+                Ok(rectification) => rectification,
+                Err(reason) => return Ok(Err(reason)),
+            };
         let OwnMapSettings { columns, rows, splits } = settings;
         self.splits = splits.clamp(1, columns.clamp(1, MOST_SPLITS as u32));
         let a_split = (columns / self.splits).max(1);
@@ -78,7 +100,7 @@ impl OwnMap {
                 }
                 None => {
                     let texels = &mut self.texels[split as usize * area..][..area];
-                    resample(&rectification, borders, frame.shadow(), self.columns, texels);
+                    resample(self.simd, (&rectification, borders), frame.shadow(), self.columns, texels);
                 }
             }
         }
@@ -280,39 +302,4 @@ fn checked(texels: &[f32], area: usize) -> Result<(), MapError> {
             texels[place]
         ))),
     }
-}
-
-/// Fills texels of a split from the frame's own map: each light ray's texel of the first layer that holds it.
-fn resample(
-    rectification: &Rectification,
-    [near, far]: [f64; 2],
-    shadow: &ShadowMap<'_>,
-    width: usize,
-    texels: &mut [f32],
-) {
-    let rows = texels.len() / width;
-    let [low, high] = rectification.rows;
-    let [first, last] = rectification.depths;
-    parallel::for_each_row(texels, width, |row, texels| {
-        let y = high - (high - low) * (row as f64 + 0.5) / rows as f64;
-        for (index, texel) in texels.iter_mut().enumerate() {
-            let column = near + (far - near) * (index as f64 + 0.5) / width as f64;
-            let (origin, direction) = rectification.light_ray(column, y);
-            let found = shadow.layers().find_map(|layer| {
-                let projection = layer.projection();
-                let ray = projection.ray(rectification.eye, origin, direction);
-                // From a lamp on all coordinates grow alike; of a sun the texel does not change.
-                let seen = if projection.is_perspective() { ray.step } else { ray.start };
-                let scale = if projection.is_perspective() { seen.z } else { 1.0 };
-                let [u, v] = [seen.x / scale, seen.y / scale];
-                let [columns, rows] = projection.size().map(f64::from);
-                let holds = scale > 0.0 && u >= 0.0 && v >= 0.0 && u < columns && v < rows;
-                let depth = |stored: f32| (f64::from(stored) - ray.start.z) / ray.step.z;
-                holds.then(|| depth(layer.at(u as u32, v as u32)))
-            });
-            let z =
-                found.map_or(f64::INFINITY, |s| (rectification.depth_at(column, s) - first) / (last - first));
-            *texel = if z > 1.0 { f32::INFINITY } else { z.max(0.0) as f32 };
-        }
-    });
 }

@@ -9,7 +9,10 @@
 
 mod columns;
 mod map;
+mod reach;
 mod rectification;
+mod resampling;
 
 pub use map::{MOST_SPLITS, OwnMap, OwnMapSettings};
-pub use rectification::{Extent, NotRectified, Reach, Rectification};
+pub use reach::Reach;
+pub use rectification::{Extent, NotRectified, Rectification};

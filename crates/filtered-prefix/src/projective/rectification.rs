@@ -18,7 +18,9 @@
 //! `steps_are_harmonic_not_geometric`). Weights come from where the texels' borders are, exactly.
 
 use glam::{DVec3, DVec4};
-use scatter_core::{Camera, Frame, Light, parallel};
+use scatter_core::{Camera, Frame, Level, Light};
+
+use super::reach::Reach;
 
 /// Widest angle of the view rays across the light \[radians\], where projective maps are asked for: 170°. Wider, and the rows at
 /// the sides are less than a tenth as dense as in the middle.
@@ -55,12 +57,6 @@ pub enum Extent {
     ViewRays,
 }
 
-/// Where view rays end across the light, found from the depth map; a buffer.
-#[derive(Debug, Default)]
-pub struct Reach {
-    rows: Vec<f64>,
-}
-
 /// Axes and ranges of a projective map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rectification {
@@ -90,7 +86,7 @@ impl Rectification {
         frame: &Frame<'_>,
         by_itself: bool,
         extent: Extent,
-        reach: &mut Reach,
+        (reach, simd): (&mut Reach, Level),
     ) -> Result<Self, NotRectified> {
         let camera = frame.camera();
         let eye = camera.eye();
@@ -111,7 +107,7 @@ impl Rectification {
             depths = [depths[0].min(z), depths[1].max(z)];
         }
         let margin = MARGIN * (depths[1] - depths[0]);
-        let farthest = reach.farthest(frame, (along, to_light, lamp));
+        let farthest = reach.farthest((frame, simd), &Self::view_rays(camera), (along, to_light, lamp));
         let whole = Self {
             eye,
             to_light,
@@ -245,47 +241,6 @@ impl Rectification {
     }
 }
 
-impl Reach {
-    /// κ of the farthest light ray that a view ray crosses.
-    fn farthest(&mut self, frame: &Frame<'_>, (along, to_light, lamp): (DVec3, DVec3, Option<f64>)) -> f64 {
-        let [width, height] = frame.size().map(|side| side as usize);
-        let directions = Rectification::view_rays(frame.camera());
-        let parts = directions.map(|v| [along.dot(v), to_light.dot(v)]);
-        let (depth, limit) = (frame.depth().texels(), frame.max_distance());
-        self.rows.clear();
-        self.rows.resize(height, f64::MAX);
-        parallel::for_each_row(&mut self.rows, 1, |y, least| {
-            let at = |n: usize| [parts[0][n] + parts[2][n] * y as f64, parts[1][n]];
-            let ([b, b_step], [a, a_step]) = (at(0), at(1));
-            let (start, step) = (directions[0] + directions[2] * y as f64, directions[1]);
-            let mut own = f64::MAX;
-            for (x, &end) in depth[y * width..][..width].iter().enumerate() {
-                let x = x as f64;
-                let (b, a) = (b + b_step * x, a + a_step * x);
-                let s = f64::from(end).min(limit) / (start + step * x).length();
-                let column = match lamp {
-                    None => 1.0 / (b * s),
-                    // An endless ray has a limit.
-                    Some(distance) if s < f64::INFINITY => (distance - a * s) / (b * s),
-                    Some(_) => -a / b,
-                };
-                // A ray without length crosses no light ray.
-                if s > 0.0 {
-                    own = own.min(column);
-                }
-            }
-            least[0] = own;
-        });
-        let least = self.rows.iter().fold(f64::MAX, |least, &own| least.min(own));
-        if least == f64::MAX { f64::INFINITY } else { least }
-    }
-
-    /// Bytes held.
-    pub fn memory_bytes(&self) -> usize {
-        8 * self.rows.capacity()
-    }
-}
-
 /// The view ray through an image point, with length 1 along the view direction.
 fn direction_through(camera: &Camera, x: f64, y: f64) -> DVec3 {
     let [u, v] = camera.window_from_image(x, y);
@@ -330,6 +285,7 @@ fn bisectrix(
 #[cfg(test)]
 mod tests {
     use glam::DMat4;
+    use scatter_core::simd_level;
     use scatter_testing::{Filling, MapKind, OwnedFrame, Random};
 
     use super::*;
@@ -349,12 +305,14 @@ mod tests {
                 continue;
             };
             frame.camera = camera;
-            frame.with(|frame| match Rectification::new(frame, false, Extent::Maps, &mut Reach::default()) {
-                Ok(rectification) => {
-                    counts[0] += 1;
-                    visit(frame, rectification);
+            frame.with(|frame| {
+                match Rectification::new(frame, false, Extent::Maps, (&mut Reach::default(), simd_level())) {
+                    Ok(rectification) => {
+                        counts[0] += 1;
+                        visit(frame, rectification);
+                    }
+                    Err(_) => counts[1] += 1,
                 }
-                Err(_) => counts[1] += 1,
             });
         }
         counts
