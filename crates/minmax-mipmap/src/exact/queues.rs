@@ -130,8 +130,8 @@ const PASSED: u32 = 28;
 const CLASSES: [u32; 5] = [2, 3, 4, 5, u32::MAX];
 
 impl Blocks {
-    /// Adds the lanes that the mask names; `passed` is about how many texels each ray passes in its block, 1 to 8; segments' numbers are below 2²⁸,
-    /// a hundred thousand a pixel of a tile.
+    /// Adds the lanes that the mask names; `passed` is about how many texels each ray passes in its block, 1 to 8 (whatever it
+    /// says, no block is lost); segments' numbers are below 2²⁸, a hundred thousand a pixel of a tile.
     #[inline(always)]
     pub fn push<S: Simd>(
         &mut self,
@@ -166,7 +166,7 @@ impl Blocks {
                 let segments = u32x16::from_slice(simd, &self.segments[at..][..LANES]);
                 let passed = segments >> PASSED;
                 let mask = first_lanes(simd, self.count - at)
-                    & passed.simd_gt(u32x16::splat(simd, least))
+                    & passed.simd_ge(u32x16::splat(simd, least))
                     & passed.simd_le(u32x16::splat(simd, most));
                 let to = sorted.count..sorted.count + LANES;
                 let number = segments & ((1 << PASSED) - 1);
@@ -182,7 +182,7 @@ impl Blocks {
                     .store_slice(&mut sorted.to[to]);
                 sorted.count += mask.to_bitmask().count_ones() as usize;
             }
-            least = most;
+            least = most.wrapping_add(1);
         }
         debug_assert_eq!(sorted.count, self.count, "every block is of one class");
     }
@@ -256,7 +256,7 @@ mod tests {
             [(Level::new(), 0), (Level::new(), 5), (Level::new(), 1029), (Level::baseline(), 77)]
         {
             let mut random = Random(count as u64 + 1);
-            let passed: Vec<u32> = (0..count).map(|_| 1 + random.below(8)).collect();
+            let passed: Vec<u32> = (0..count).map(|_| random.below(16)).collect();
             let (mut blocks, mut sorted) = (Blocks::default(), Blocks::default());
             // What an earlier list left must not matter.
             sorted.count = 99;
