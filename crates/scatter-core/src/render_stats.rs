@@ -90,14 +90,35 @@ impl StageClock {
 
     /// Ends the current stage, writes its time under `name` and starts the next one.
     pub fn lap(&mut self, stats: &mut RenderStats, name: &'static str) {
+        stats.stages.push(name, self.restart());
+    }
+
+    /// Ends the current stage, which did several things in turn, on any number of threads: writes each part's share of its time. `parts`
+    /// are what they took, over all threads.
+    pub fn lap_of_parts<const N: usize>(
+        &mut self,
+        stats: &mut RenderStats,
+        parts: [(&'static str, Duration); N],
+    ) {
+        let whole = self.restart();
+        let sum: Duration = parts.iter().map(|(_, time)| *time).sum();
+        for (name, time) in parts {
+            let share = if sum.is_zero() { 1.0 / N as f64 } else { time.as_secs_f64() / sum.as_secs_f64() };
+            stats.stages.push(name, whole.mul_f64(share));
+        }
+    }
+
+    /// Ends the current stage and starts the next one; returns how long it took.
+    pub fn restart(&mut self) -> Duration {
         #[cfg(not(target_family = "wasm"))]
         {
             let now = std::time::Instant::now();
-            stats.stages.push(name, now - self.last);
+            let time = now - self.last;
             self.last = now;
+            time
         }
         #[cfg(target_family = "wasm")]
-        stats.stages.push(name, Duration::ZERO);
+        Duration::ZERO
     }
 }
 
@@ -114,6 +135,22 @@ mod tests {
         assert_eq!(stats.stages.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["rectify", "integrate"]);
         let sum = stats.stages.get("rectify").unwrap() + stats.stages.get("integrate").unwrap();
         assert_eq!(stats.total_time(), sum);
+    }
+
+    #[test]
+    fn parts_of_a_stage_have_its_time_by_what_they_took() {
+        let mut stats = RenderStats::default();
+        let mut clock = StageClock::start();
+        std::thread::sleep(Duration::from_millis(2));
+        let [few, many] = [1, 3].map(Duration::from_secs);
+        clock.lap_of_parts(&mut stats, [("filter", few), ("answer", many)]);
+        let [filter, answer] = ["filter", "answer"].map(|name| stats.stages.get(name).unwrap().as_secs_f64());
+        // Nanoseconds are whole.
+        assert!((answer - 3.0 * filter).abs() < 4e-9, "{filter} {answer}");
+        assert!(filter + answer >= 2e-3 - 2e-9, "two milliseconds were slept");
+        // Without times they are alike.
+        clock.lap_of_parts(&mut stats, [("a", Duration::ZERO), ("b", Duration::ZERO)]);
+        assert_eq!(stats.stages.get("a"), stats.stages.get("b"));
     }
 
     #[test]

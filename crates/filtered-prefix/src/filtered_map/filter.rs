@@ -11,7 +11,7 @@
 
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
-use scatter_core::{Frame, Level, Light, SpotLight, at_level, exp_f32, parallel, sun_interval_f32};
+use scatter_core::{Frame, Light, SpotLight, exp_f32, sun_interval_f32};
 
 use super::numbers::Number;
 use super::references::{self, References};
@@ -28,7 +28,7 @@ pub const MOST: usize = 128;
 pub const BESIDE: usize = 2;
 
 /// Part of the series' period, or of the range of moments, that is left free at either end.
-const MARGIN: f32 = 0.05;
+pub const MARGIN: f32 = 0.05;
 
 /// Where in the series' period a depth of a row (0 to 1) lies.
 #[inline(always)]
@@ -78,20 +78,21 @@ impl<'a> RowFilter<'a> {
         Self { frame, map, rectification, depths, references, sigma, spot }
     }
 
-    /// Fills `numbers`, `[row][reference][column][number]`, rows on all threads; `count` are those of the basis.
-    pub fn fill<T: Number>(&self, simd: Level, basis: Basis, count: usize, numbers: &mut [T]) {
-        let a_row = self.map.width() * self.references.count() * (count + BESIDE);
-        parallel::for_each_row(numbers, a_row, |row, numbers| {
-            at_level!(
-                simd, vectors =>
-                match (basis, count) {
-                    (Basis::Moments, 4) => self.moments::<T, 6, 8, _>(vectors, row, numbers),
-                    (Basis::Moments, 6) => self.moments::<T, 8, 8, _>(vectors, row, numbers),
-                    (Basis::Moments, _) => self.moments::<T, 10, 16, _>(vectors, row, numbers),
-                    (Basis::Fourier, _) => self.fourier(row, count, numbers),
-                }
-            );
-        });
+    /// Fills the numbers of a row, `[reference][column][number]`; `count` are those of the basis.
+    #[inline(always)]
+    pub fn fill<S: Simd, T: Number>(
+        &self,
+        simd: S,
+        (basis, count): (Basis, usize),
+        row: usize,
+        numbers: &mut [T],
+    ) {
+        match (basis, count) {
+            (Basis::Moments, 4) => self.moments::<T, 6, 8, _>(simd, row, numbers),
+            (Basis::Moments, 6) => self.moments::<T, 8, 8, _>(simd, row, numbers),
+            (Basis::Moments, _) => self.moments::<T, 10, 16, _>(simd, row, numbers),
+            (Basis::Fourier, _) => self.fourier(row, count, numbers),
+        }
     }
 
     /// Means of the powers of depths, scaled to [−1, 1]; sums in f64. A is the number of all numbers, P room for them: a power of two.
@@ -102,23 +103,35 @@ impl<'a> RowFilter<'a> {
         row: usize,
         numbers: &mut [T],
     ) {
+        // With their number known sums stay in registers.
+        match self.references.count() {
+            1 => self.moments_of::<T, A, P, 1, S>(vectors, row, numbers),
+            2 => self.moments_of::<T, A, P, 2, S>(vectors, row, numbers),
+            _ => self.moments_of::<T, A, P, 3, S>(vectors, row, numbers),
+        }
+    }
+
+    /// The same for R references.
+    #[inline(always)]
+    fn moments_of<T: Number, const A: usize, const P: usize, const R: usize, S: Simd>(
+        &self,
+        vectors: S,
+        row: usize,
+        numbers: &mut [T],
+    ) {
         let mut terms = [[0.0f32; P]; LANES];
-        let mut sums = [[0.0f64; A]; references::MOST];
-        let mut totals = [0.0f64; references::MOST];
-        let mut inverses = [[1.0f64; LANES]; references::MOST];
-        let (references, width) = (self.references.count(), self.map.width());
+        let mut sums = [[0.0f64; A]; R];
+        let mut totals = [0.0f64; R];
+        let mut inverses = [[1.0f64; LANES]; R];
+        let side = self.map.width() * A;
         self.blocks(
             row,
             #[inline(always)]
             |block| {
-                for (reference, inverses) in inverses[..references].iter_mut().enumerate() {
-                    let weights = &block.weights[reference][..block.count];
-                    for (inverse, &weight) in inverses.iter_mut().zip(weights) {
-                        totals[reference] += f64::from(weight);
-                        *inverse = totals[reference];
-                    }
-                    for inverse in inverses {
-                        *inverse = 1.0 / *inverse;
+                for ((inverses, weights), total) in inverses.iter_mut().zip(&block.weights).zip(&mut totals) {
+                    for (inverse, &weight) in inverses.iter_mut().zip(&weights[..block.count]) {
+                        *total += f64::from(weight);
+                        *inverse = *total;
                     }
                 }
                 // What is summed up, by whatever weights.
@@ -134,17 +147,23 @@ impl<'a> RowFilter<'a> {
                     numbers_of[k] = numbers_of[k - 1] * z;
                 }
                 by_lane(numbers_of, &mut terms);
+                for inverse in inverses.as_flattened_mut() {
+                    *inverse = 1.0 / *inverse;
+                }
+                let mut own = sums;
                 for (lane, terms) in terms[..block.count].iter().enumerate() {
-                    for (reference, sums) in sums[..references].iter_mut().enumerate() {
+                    let first = (block.first + lane) * A;
+                    for (reference, sums) in own.iter_mut().enumerate() {
                         let (weight, inverse) =
                             (f64::from(block.weights[reference][lane]), inverses[reference][lane]);
-                        let out = &mut numbers[(reference * width + block.first + lane) * A..][..A];
+                        let out = &mut numbers[reference * side + first..][..A];
                         for k in 0..A {
                             sums[k] += weight * f64::from(terms[k]);
                             out[k] = T::pack((sums[k] * inverse) as f32);
                         }
                     }
                 }
+                sums = own;
             },
         );
     }

@@ -5,6 +5,8 @@
 //! across the light is ten times as long on some as on others, and no ray stands for all. Under a sun references are ways a unit across
 //! the light, `1/sin β`, in geometric steps; around a lamp directions in the slice, in even steps.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, mask32x16};
 use scatter_core::{Frame, SceneFacts};
 
 use super::row_depths::measure;
@@ -29,6 +31,8 @@ const LAMP_STEP: f64 = 0.3;
 #[derive(Debug, Clone, Copy)]
 pub struct References {
     knots: [f32; MOST],
+    /// One over the steps between them; 0 where there is none.
+    per_step: [f32; MOST - 1],
     count: usize,
     /// A sixth of the extinction under a sun, 0 around a lamp.
     sixth: f32,
@@ -64,7 +68,14 @@ impl References {
                 range[0] * (range[1] / range[0]).powf(part)
             } as f32;
         }
-        Self { knots, count, sixth: if is_lamp { 0.0 } else { sigma as f32 / 6.0 } }
+        // Beyond the last there is nothing to blend with.
+        let last = knots[count - 1];
+        knots[count..].fill(last);
+        let per_step = [0, 1].map(|index| {
+            let step = knots[index + 1] - knots[index];
+            if index + 1 < count && step > 0.0 { 1.0 / step } else { 0.0 }
+        });
+        Self { knots, per_step, count, sixth: if is_lamp { 0.0 } else { sigma as f32 / 6.0 } }
     }
 
     /// Shortest and longest way of the image's view rays a unit along the bisectrix.
@@ -92,36 +103,34 @@ impl References {
         self.knots[index]
     }
 
-    /// The nearer of the two references of view rays, and the part of the other one. `ways` are the rays' lengths, or 0.
+    /// Whether view rays lie between the second and the third reference, not the first two, and the part of the latter of both. `at` is
+    /// where they lie among the references, `ways` are their lengths.
     ///
     /// The normalised weights of rays of an optical depth τ lie between those of two others about as `1/(1 + τ/6)` does: linear in τ
     /// where it is small, in the mean way `1/τ` where it is large.
     #[inline(always)]
-    pub fn blend<const L: usize>(
+    pub fn blend<S: Simd>(
         &self,
-        at: &[f32; L],
-        ways: &[f32; L],
-        firsts: &mut [u32; L],
-        parts: &mut [f32; L],
-    ) {
-        if self.count == 1 {
-            (*firsts, *parts) = ([0; L], [0.0; L]);
-            return;
-        }
-        let [a, b, c] = self.knots;
-        // With two there is nothing beyond the second.
-        let middle = if self.count == 2 { f32::INFINITY } else { b };
+        simd: S,
+        at: f32x16<S>,
+        ways: f32x16<S>,
+    ) -> (mask32x16<S>, f32x16<S>) {
+        let of = |value: f32| f32x16::splat(simd, value);
+        let [a, b, c] = self.knots.map(of);
+        // With two there is nothing beyond the second, with one nothing beyond the first.
+        let middle = if self.count < MOST { of(f32::INFINITY) } else { b };
+        let is_far = at.simd_ge(middle);
+        let (low, high) = (is_far.select(b, a), is_far.select(c, b));
+        let [first, second] = self.per_step.map(of);
+        let at = at.max(low).min(high);
+        let straight = (at - low) * is_far.select(second, first);
         // A lamp's directions may be 0, and have no depth.
-        let is_bent = self.sixth > 0.0;
-        for lane in 0..L {
-            let is_far = at[lane] >= middle;
-            let (low, high) = (if is_far { b } else { a }, if is_far { c } else { b });
-            let at = at[lane].max(low).min(high);
-            let depth = self.sixth * ways[lane];
-            let (bent, straight) = ((at + depth * high) / (at + depth * at), (at - low) / (high - low));
-            let part = if is_bent { straight * bent } else { straight };
-            firsts[lane] = u32::from(is_far);
-            parts[lane] = part.min(1.0);
-        }
+        let part = if self.sixth > 0.0 {
+            let depth = ways * self.sixth;
+            straight * (depth.mul_add(high, at) / depth.mul_add(at, at))
+        } else {
+            straight
+        };
+        (is_far, part.min(of(1.0)))
     }
 }

@@ -5,8 +5,11 @@
 //! near, most of that range is that of a few view rays; `t/(1 + |t|)` of the tangent grows with the angle to within a factor of
 //! two (their depth warp of Section 5). What lies before all rays of a row, or behind, is no part of the basis.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, u32x16};
 use scatter_core::Camera;
 
+use super::turned::{LANES, by_number};
 use crate::projective::{OwnMap, Rectification};
 
 /// Narrowest range of a row over the widest: rows at the image's corners show one direction, and their neighbours some.
@@ -57,28 +60,15 @@ impl RowDepths {
         self.ranges[row]
     }
 
-    /// The same at places between the middles of rows: first depths, and inverses.
+    /// The same between the middles of rows: first depths, and inverses; `parts` are those of the rows behind `rows`.
     #[inline(always)]
-    pub fn at<const L: usize>(&self, places: &[f32; L]) -> [[f32; L]; 2] {
-        let last = (self.ranges.len() - 2) as u32;
-        let (mut rows, mut parts) = ([0u32; L], [0.0f32; L]);
-        for lane in 0..L {
-            let place = (places[lane] - 0.5).max(0.0);
-            rows[lane] = (place as u32).min(last);
-            parts[lane] = (place - rows[lane] as f32).min(1.0);
+    pub fn at<S: Simd>(&self, simd: S, rows: u32x16<S>, parts: f32x16<S>) -> [f32x16<S>; 2] {
+        let mut two = [[0.0f32; 4]; LANES];
+        for (two, &row) in two.iter_mut().zip(rows.as_slice()) {
+            two.copy_from_slice(self.ranges[row as usize..][..2].as_flattened());
         }
-        let mut ends = [[0.0f32; L]; 4];
-        for lane in 0..L {
-            let row = rows[lane] as usize;
-            let [a, b] = [self.ranges[row], self.ranges[row + 1]];
-            (ends[0][lane], ends[1][lane], ends[2][lane], ends[3][lane]) = (a[0], a[1], b[0], b[1]);
-        }
-        let mut out = [[0.0f32; L]; 2];
-        for lane in 0..L {
-            out[0][lane] = ends[0][lane] + parts[lane] * (ends[2][lane] - ends[0][lane]);
-            out[1][lane] = ends[1][lane] + parts[lane] * (ends[3][lane] - ends[1][lane]);
-        }
-        out
+        let [first, inverse, next_first, next_inverse] = by_number(simd, &two);
+        [parts.mul_add(next_first - first, first), parts.mul_add(next_inverse - inverse, inverse)]
     }
 
     /// Bytes held.

@@ -55,7 +55,7 @@ impl<S: Simd> Lanes<S> for f32x16<S> {
     const LEAST_LEADING: f64 = 1e-5;
     const FARTHEST: f64 = 1e3;
     const STEPS: usize = 1;
-    const CUBIC_STEPS: usize = 2;
+    const CUBIC_STEPS: usize = 1;
 
     #[inline(always)]
     fn of(simd: S, value: f64) -> Self {

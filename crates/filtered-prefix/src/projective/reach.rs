@@ -70,20 +70,16 @@ impl RowOfPixels {
             for lane in 0..LANES {
                 let x = (block * LANES + lane) as f64;
                 let (b, a) = (self.across[0] + self.across[1] * x, self.towards[0] + self.towards[1] * x);
-                let direction = self.start + self.step * x;
-                let s = f64::from(ends[lane]).min(self.limit) / direction.length();
+                let length = (self.start + self.step * x).length();
+                // Both over the ray's length, so that one division does.
+                let end = f64::from(ends[lane]).min(self.limit);
                 let column = match self.lamp {
-                    None => 1.0 / (b * s),
+                    None => length / (b * end),
                     // An endless ray has a limit.
-                    Some(distance) => {
-                        if s < f64::INFINITY {
-                            (distance - a * s) / (b * s)
-                        } else {
-                            -a / b
-                        }
-                    }
+                    Some(distance) if end < f64::INFINITY => (distance * length - a * end) / (b * end),
+                    Some(_) => -a / b,
                 };
-                let column = if s > 0.0 { column } else { f64::MAX };
+                let column = if end > 0.0 { column } else { f64::MAX };
                 least[lane] = if column < least[lane] { column } else { least[lane] };
             }
         }

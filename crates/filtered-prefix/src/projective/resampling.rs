@@ -28,7 +28,10 @@ pub fn resample(
     });
 }
 
-/// Fills one row.
+/// A texel whose light ray no layer has held yet: less than all depths.
+const MISSING: f32 = -1.0;
+
+/// Fills one row, layer by layer.
 #[inline(always)]
 fn fill_row(
     rectification: &Rectification,
@@ -37,29 +40,31 @@ fn fill_row(
     shadow: &ShadowMap<'_>,
     texels: &mut [f32],
 ) {
-    let [first, last] = rectification.depths;
-    let range = last - first;
-    for (block, texels) in texels.chunks_mut(LANES).enumerate() {
-        let mut columns = [0.0f64; LANES];
-        for (lane, column) in columns.iter_mut().enumerate() {
-            *column = near + step * ((block * LANES + lane) as f64 + 0.5);
-        }
-        // Ways along the light rays; what no layer holds is lit.
-        let mut ways = [f64::INFINITY; LANES];
-        let mut missing = [1u64; LANES];
-        for layer in shadow.layers() {
-            RowOfLayer::new(rectification, y, &layer).find(&layer, &columns, &mut ways, &mut missing);
-            if missing == [0; LANES] {
-                break;
+    texels.fill(MISSING);
+    for layer in shadow.layers() {
+        let row = RowOfLayer::new(rectification, y, &layer);
+        let mut is_whole = true;
+        for (block, texels) in texels.chunks_mut(LANES).enumerate() {
+            let mut depths = [0.0f32; LANES];
+            depths[..texels.len()].copy_from_slice(texels);
+            if depths.iter().all(|&depth| depth >= 0.0) {
+                continue;
             }
+            let mut columns = [0.0f64; LANES];
+            for (lane, column) in columns.iter_mut().enumerate() {
+                *column = near + step * ((block * LANES + lane) as f64 + 0.5);
+            }
+            row.find(rectification, &layer, &columns, &mut depths);
+            is_whole &= depths.iter().all(|&depth| depth >= 0.0);
+            texels.copy_from_slice(&depths[..texels.len()]);
         }
-        let mut out = [0.0f32; LANES];
-        for lane in 0..LANES {
-            let z = (rectification.depth_at(columns[lane], ways[lane]) - first) / range;
-            let z = if missing[lane] != 0 { f64::INFINITY } else { z };
-            out[lane] = if z > 1.0 { f32::INFINITY } else { z.max(0.0) as f32 };
+        if is_whole {
+            return;
         }
-        texels.copy_from_slice(&out[..texels.len()]);
+    }
+    // What no layer holds is lit.
+    for texel in texels {
+        *texel = if *texel < 0.0 { f32::INFINITY } else { *texel };
     }
 }
 
@@ -96,20 +101,20 @@ impl RowOfLayer {
         }
     }
 
-    /// Ways to the surfaces of those light rays that are missing yet and that the layer holds.
+    /// Depths of the surfaces of those light rays that are missing yet and that the layer holds; ∞ behind the range.
     #[inline(always)]
     fn find(
         &self,
+        rectification: &Rectification,
         layer: &ShadowLayer<'_>,
         columns: &[f64; LANES],
-        ways: &mut [f64; LANES],
-        missing: &mut [u64; LANES],
+        out: &mut [f32; LANES],
     ) {
         let [width, height] = layer.projection().size();
         let (last, texels) = ([f64::from(width), f64::from(height)], layer.texels());
         let [start, slope] = self.texel;
         let mut places = [0u32; LANES];
-        let mut found = [0u64; LANES];
+        let mut found = [0u32; LANES];
         let mut depths = [[0.0f64; LANES]; 2];
         for lane in 0..LANES {
             let q = if self.is_sun { 1.0 / columns[lane] } else { columns[lane] };
@@ -120,9 +125,9 @@ impl RowOfLayer {
                 (u, v) = (u * inverse, v * inverse);
             }
             let holds = (scale > 0.0) & (u >= 0.0) & (v >= 0.0) & (u < last[0]) & (v < last[1]);
-            found[lane] = u64::from(holds) & missing[lane];
+            found[lane] = u32::from(holds);
             let (u, v) = (if holds { u } else { 0.0 }, if holds { v } else { 0.0 });
-            places[lane] = v as u32 * width + u as u32;
+            places[lane] = whole(v) * width + whole(u);
             for (depths, [start, slope]) in depths.iter_mut().zip(self.depth) {
                 depths[lane] = start + slope * q;
             }
@@ -131,10 +136,39 @@ impl RowOfLayer {
         for (stored, &place) in stored.iter_mut().zip(&places) {
             *stored = texels[place as usize];
         }
+        let [first, end] = rectification.depths;
+        let per_depth = 1.0 / (end - first);
         for lane in 0..LANES {
             let way = (f64::from(stored[lane]) - depths[0][lane]) / depths[1][lane];
-            ways[lane] = if found[lane] != 0 { way } else { ways[lane] };
-            missing[lane] &= !found[lane];
+            let z = (rectification.depth_at(columns[lane], way) - first) * per_depth;
+            let z = if z > 1.0 { f32::INFINITY } else { z.max(0.0) as f32 };
+            out[lane] = if (found[lane] != 0) & (out[lane] < 0.0) { z } else { out[lane] };
+        }
+    }
+}
+
+/// The whole part of a number from 0 to 2³¹, by sums that CPUs do side by side.
+#[inline(always)]
+fn whole(value: f64) -> u32 {
+    /// 2⁵²: what is added to it is rounded to whole numbers, which its lowest bits are.
+    const ROUND: f64 = 4_503_599_627_370_496.0;
+    let near = (value + ROUND) - ROUND;
+    let floor = if near > value { near - 1.0 } else { near };
+    (floor + ROUND).to_bits() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_parts_are_those_of_a_cast() {
+        let mut random = scatter_testing::Random(11);
+        let near = |value: f64| [value.next_down().max(0.0), value, value.next_up()];
+        let edges = [0.0, 0.5, 1.0, 1.5, 2.0, 8191.0, 65_535.0, f64::from(1u32 << 31)];
+        let random = (0..1000).map(|_| random.range(0.0, 65_536.0));
+        for value in edges.into_iter().chain(random).flat_map(near) {
+            assert_eq!(whole(value), value as u32, "{value}");
         }
     }
 }
