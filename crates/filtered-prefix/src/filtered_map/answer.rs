@@ -1,23 +1,20 @@
-//! Pixels answered from a filtered map: where each ray ends in it ([`RayEnds`]), a fetch, and a dot product or a reconstruction (Klehm
-//! et al. 2014, Listing 4, with `1 − e^{−dσ}` in the closed form that its share is multiplied by; Peters et al. 2016).
+//! Pixels answered from a filtered map: where each ray ends in it ([`RayEnds`]), a fetch, and what is made of it ([`Answer`]).
 
 use epipolar::driver::Shares;
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, f32x16, f64x8, u32x16};
+use fearless_simd::{f32x8, f32x16, u32x16};
 use scatter_core::Frame;
 
-use super::filter::{BESIDE, MARGIN, MOST, place};
+use super::filter::BESIDE;
 use super::numbers::{EIGHT, Number};
 use super::places::{Places, RayEnds};
+use super::reconstruction::Answer;
 use super::references::References;
 use super::row_depths::RowDepths;
 use super::strips::Strip;
-use super::turned::{LANES, by_number};
-use crate::fourier::harmonics;
-use crate::moments::{MOST_POWERS, bias_of, mass_below};
+use super::turned::LANES;
 use crate::options::Fetch;
 use crate::projective::{OwnMap, Rectification};
-use crate::storage::Storage;
 
 /// Pixels that are collected before they are answered.
 const WAITING: usize = 256;
@@ -92,7 +89,7 @@ impl<'a> Answers<'a> {
                 let taken = (end - x).min(LANES);
                 (x, pixels.count) = (x + taken, pixels.count + taken);
                 if pixels.count > WAITING {
-                    let whole = pixels.count / LANES * LANES;
+                    let whole = pixels.count / (2 * LANES) * (2 * LANES);
                     self.pixels(simd, strip, (&pixels, whole), numbers, answer);
                     pixels.shift(whole);
                 }
@@ -101,7 +98,7 @@ impl<'a> Answers<'a> {
         self.pixels(simd, strip, (&pixels, pixels.count), numbers, answer);
     }
 
-    /// Answers the first `count` pixels, sixteen at a time.
+    /// Answers the first `count` pixels, twice sixteen at a time.
     #[inline(always)]
     fn pixels<S: Simd, T: Number>(
         &self,
@@ -111,23 +108,39 @@ impl<'a> Answers<'a> {
         numbers: &[T],
         answer: &impl Answer,
     ) {
-        let limit = f32x16::splat(simd, self.frame.max_distance() as f32);
-        let rows = [strip.first as u32, strip.end as u32 - 1];
-        for first in (0..count).step_by(LANES) {
-            let packed = u32x16::from_slice(simd, &pixels.packed[first..][..LANES]);
-            let [x, y] =
-                [packed & ((1 << HALF) - 1), packed >> HALF].map(|place| place.to_float::<f32x16<S>>());
-            let ends = f32x16::from_slice(simd, &pixels.ends[first..][..LANES]).min(limit);
-            let places = self.ends.find(simd, [x, y], ends, rows);
-            let fetched = Fetched { map: self, numbers, texels: self.texels(simd, &places) };
-            let share = answer.answer(simd, &fetched, places.depths);
-            // The series overshoots; NaN is nobody's share.
+        for first in (0..count).step_by(2 * LANES) {
+            let (one, depths_of_one) = self.fetched(simd, strip, (pixels, first), numbers);
+            let (two, depths_of_two) = self.fetched(simd, strip, (pixels, first + LANES), numbers);
+            let shares = answer.answer(simd, &[one, two], [depths_of_one, depths_of_two]);
             let zero = f32x16::splat(simd, 0.0);
-            let share = share.simd_gt(zero).select(share.min(f32x16::splat(simd, 1.0)), zero);
-            for (&pixel, &share) in pixels.index[first..count].iter().zip(share.as_slice()) {
-                self.shares.put(pixel as usize, 0, share);
+            for (half, share) in shares.into_iter().enumerate() {
+                // The series overshoots; NaN is nobody's share.
+                let share = share.simd_gt(zero).select(share.min(f32x16::splat(simd, 1.0)), zero);
+                let first = (first + half * LANES).min(count);
+                for (&pixel, &share) in pixels.index[first..count].iter().zip(share.as_slice()) {
+                    self.shares.put(pixel as usize, 0, share);
+                }
             }
         }
+    }
+
+    /// What sixteen pixels fetch, and their depths among the row's view rays.
+    #[inline(always)]
+    fn fetched<'n, S: Simd, T: Number>(
+        &'n self,
+        simd: S,
+        strip: &Strip,
+        (pixels, first): (&Pixels, usize),
+        numbers: &'n [T],
+    ) -> (Fetched<'n, T>, f32x16<S>) {
+        let packed = u32x16::from_slice(simd, &pixels.packed[first..][..LANES]);
+        let x = (packed & ((1 << HALF) - 1)).to_float::<f32x16<S>>();
+        let y = (packed >> HALF).to_float::<f32x16<S>>();
+        let limit = f32x16::splat(simd, self.frame.max_distance() as f32);
+        let ends = f32x16::from_slice(simd, &pixels.ends[first..][..LANES]).min(limit);
+        let rows = [strip.first as u32, strip.end as u32 - 1];
+        let places = self.ends.find(simd, [x, y], ends, rows);
+        (Fetched { map: self, numbers, texels: self.texels(simd, &places) }, places.depths)
     }
 
     /// The texels about the pixels' places. The means of column i hold up to its far border, so that a ray that ends at i + 1 has
@@ -167,14 +180,14 @@ impl<'a> Answers<'a> {
 struct Pixels {
     count: usize,
     /// Places in the image, `y·width + x` and `y·2¹⁶ + x`, and depths.
-    index: [u32; WAITING + 2 * LANES],
-    packed: [u32; WAITING + 2 * LANES],
-    ends: [f32; WAITING + 2 * LANES],
+    index: [u32; WAITING + 3 * LANES],
+    packed: [u32; WAITING + 3 * LANES],
+    ends: [f32; WAITING + 3 * LANES],
 }
 
 impl Default for Pixels {
     fn default() -> Self {
-        const ROOM: usize = WAITING + 2 * LANES;
+        const ROOM: usize = WAITING + 3 * LANES;
         Self { count: 0, index: [0; ROOM], packed: [0; ROOM], ends: [0.0; ROOM] }
     }
 }
@@ -207,7 +220,7 @@ pub struct Fetched<'a, T> {
 impl<T: Number> Fetched<'_, T> {
     /// The numbers at a pixel's place, blended: as many as `means` has, of which those of the basis mean something.
     #[inline(always)]
-    fn means<S: Simd>(&self, simd: S, lane: usize, means: &mut [f32]) {
+    pub fn means<S: Simd>(&self, simd: S, lane: usize, means: &mut [f32]) {
         let Answers { a_texel, width, sides, .. } = *self.map;
         let Texels { first, weights } = &self.texels;
         let right = if self.map.is_bilinear && width > 1 { a_texel } else { 0 };
@@ -228,136 +241,4 @@ impl<T: Number> Fetched<'_, T> {
             (rows[0] + rows[1]).store_slice(means);
         }
     }
-}
-
-/// Turns fetched numbers into shares.
-pub trait Answer: Sync {
-    /// The shares of pixels whose depths among the row's view rays are given; the series' may lie outside of 0 to 1.
-    fn answer<S: Simd, T: Number>(
-        &self,
-        simd: S,
-        fetched: &Fetched<'_, T>,
-        depths: f32x16<S>,
-    ) -> f32x16<S>;
-}
-
-/// From a Fourier series of so many coefficients.
-pub struct FromSeries {
-    pub count: usize,
-}
-
-impl Answer for FromSeries {
-    #[inline(always)]
-    fn answer<S: Simd, T: Number>(
-        &self,
-        simd: S,
-        fetched: &Fetched<'_, T>,
-        depths: f32x16<S>,
-    ) -> f32x16<S> {
-        let count = self.count + BESIDE;
-        let mut of_pixel = [0.0f32; MOST + EIGHT];
-        let mut means = [[0.0f32; LANES]; MOST + BESIDE];
-        for lane in 0..LANES {
-            let of_pixel = &mut of_pixel[..count.next_multiple_of(EIGHT)];
-            fetched.means(simd, lane, of_pixel);
-            for (means, &mean) in means[..count].iter_mut().zip(&*of_pixel) {
-                means[lane] = mean;
-            }
-        }
-        let mut at = [0.0f32; LANES];
-        depths.store_slice(&mut at);
-        let mut out = [0.0f32; LANES];
-        for lane in 0..LANES {
-            out[lane] = means[0][lane] + 0.5 * means[1][lane];
-        }
-        harmonics(&at.map(place), self.count / 2, |k, sines, cosines| {
-            let factor = 2.0 / ((2 * k + 1) as f32 * std::f32::consts::PI);
-            let (own, other) = (&means[2 * k + BESIDE], &means[2 * k + 1 + BESIDE]);
-            for lane in 0..LANES {
-                out[lane] += factor * (cosines[lane] * own[lane] - sines[lane] * other[lane]);
-            }
-        });
-        // The series overshoots by a part of what is in doubt.
-        for lane in 0..LANES {
-            out[lane] = out[lane].clamp(means[0][lane], means[0][lane] + means[1][lane].max(0.0));
-        }
-        f32x16::from_slice(simd, &out)
-    }
-}
-
-/// From moments: N is half their number, P room for the numbers of a reference, a power of two.
-pub struct FromMoments<const N: usize, const P: usize> {
-    bias: f64,
-}
-
-impl<const N: usize, const P: usize> FromMoments<N, P> {
-    /// Of moments that are kept in a storage.
-    pub fn new(storage: Storage) -> Self {
-        let bias = bias_of(2 * N as u32);
-        match storage {
-            Storage::F32 => Self { bias },
-            Storage::F16 | Storage::U8 => Self { bias: (bias * 6000.0).min(0.2) },
-        }
-    }
-}
-
-impl<const N: usize, const P: usize> Answer for FromMoments<N, P> {
-    #[inline(always)]
-    fn answer<S: Simd, T: Number>(
-        &self,
-        simd: S,
-        fetched: &Fetched<'_, T>,
-        depths: f32x16<S>,
-    ) -> f32x16<S> {
-        let of = |value: f32| f32x16::splat(simd, value);
-        let mut means = [[0.0f32; P]; LANES];
-        for (lane, means) in means.iter_mut().enumerate() {
-            fetched.means(simd, lane, means);
-        }
-        let numbers = by_number(simd, &means);
-        let doubt = numbers[1].max(of(0.0));
-        let inverse = of(1.0) / doubt.max(of(1e-12));
-        let mut moments = [of(1.0); MOST_POWERS];
-        for (moment, number) in moments[1..=2 * N].iter_mut().zip(&numbers[BESIDE..]) {
-            *moment = *number * inverse;
-        }
-        // The depth's place in the range of moments.
-        let z = depths.mul_add(of(2.0 - 4.0 * MARGIN), of(2.0 * MARGIN - 1.0));
-        let dark = middle::<N, _>(simd, &moments, z, self.bias);
-        numbers[0] + doubt * (of(1.0) - dark).max(of(0.0))
-    }
-}
-
-/// The middle of the bounds of the mass below z: in f32, but of eight moments, whose smallest pivots f32 does not resolve.
-#[inline(always)]
-fn middle<const N: usize, S: Simd>(
-    simd: S,
-    moments: &[f32x16<S>; MOST_POWERS],
-    z: f32x16<S>,
-    bias: f64,
-) -> f32x16<S> {
-    if N < 4 {
-        let bounds = mass_below::<N, _, _>(simd, moments, z, bias);
-        return bounds.least + bounds.width * 0.5;
-    }
-    let mut out = [0.0f32; LANES];
-    for (half, out) in out.chunks_exact_mut(LANES / 2).enumerate() {
-        let widened = |numbers: &f32x16<S>| {
-            let mut values = [0.0f64; LANES / 2];
-            for (value, &number) in values.iter_mut().zip(&numbers.as_slice()[half * (LANES / 2)..]) {
-                *value = f64::from(number);
-            }
-            f64x8::from_slice(simd, &values)
-        };
-        let mut wide = [f64x8::splat(simd, 1.0); MOST_POWERS];
-        for (wide, moment) in wide.iter_mut().zip(moments) {
-            *wide = widened(moment);
-        }
-        let bounds = mass_below::<N, _, _>(simd, &wide, widened(&z), bias);
-        let middle = bounds.least + bounds.width * 0.5;
-        for (out, &middle) in out.iter_mut().zip(middle.as_slice()) {
-            *out = middle as f32;
-        }
-    }
-    f32x16::from_slice(simd, &out)
 }

@@ -15,6 +15,7 @@ mod answer;
 mod filter;
 mod numbers;
 mod places;
+mod reconstruction;
 mod references;
 mod row_depths;
 mod strips;
@@ -29,10 +30,11 @@ use scatter_core::{
     Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClock, at_level, parallel, simd_level,
 };
 
-use self::answer::{Answer, Answers, FromMoments, FromSeries};
+use self::answer::Answers;
 use self::filter::RowFilter;
 use self::numbers::{Number, Numbers};
 use self::places::RowPlaces;
+use self::reconstruction::{Answer, FromMoments, FromSeries};
 use self::references::References;
 use self::row_depths::RowDepths;
 use self::strips::Strips;

@@ -91,9 +91,8 @@ pub fn mass_below<const N: usize, S: Simd, V: Lanes<S>>(
     let (mut below, mut above) = (zero, zero);
     for &root in &roots[..N] {
         let mass = mass_at::<N, S, V>(&lower, &inverse, (one, root), &mut [zero; 5]);
-        let is_below = root.simd_lt(z);
-        below += is_below.select(mass, zero);
-        above += is_below.select(zero, mass);
+        let own = root.below(z, mass);
+        (below, above) = (below + own, above + (mass - own));
     }
     // The masses of all nodes are 1 together; what is missing could be anywhere.
     let missing = (one - below - above - width).abs();
@@ -119,7 +118,7 @@ fn mass_at<const N: usize, S: Simd, V: Lanes<S>>(
         y[i] = value;
         solved[i] = value * inverse[i];
         sum = if i == 0 { value * solved[i] } else { sum + value * solved[i] };
-        power *= z;
+        power = power * z;
     }
     one / sum
 }

@@ -12,4 +12,4 @@ pub use answers::{Answer, MomentAnswers};
 pub use bounds::mass_bounds;
 pub use bounds::{COUNTS, MOST_POWERS, MassBounds, bias_of, mass_below};
 pub use filtered_row::MomentRow;
-pub use lanes::Lanes;
+pub use lanes::{Lanes, Two};

@@ -49,7 +49,7 @@ pub fn real_roots<const N: usize, S: Simd, V: Lanes<S>>(simd: S, c: &[V; 5]) -> 
     roots
 }
 
-/// One step of Newton's, no longer than a unit.
+/// One step of Newton's, shorter than a unit.
 #[inline(always)]
 fn polished<const N: usize, S: Simd, V: Lanes<S>>(simd: S, c: &[V; 5], z: V) -> V {
     let (mut value, mut slope) = (c[N], V::of(simd, 0.0));
@@ -58,8 +58,7 @@ fn polished<const N: usize, S: Simd, V: Lanes<S>>(simd: S, c: &[V; 5], z: V) -> 
         value = value.mul_add(z, c[k]);
     }
     let step = value / slope;
-    let short = step.abs().simd_le(V::of(simd, 1.0));
-    z - short.select(step, V::of(simd, 0.0))
+    z - step.abs().below(V::of(simd, 1.0), step)
 }
 
 /// Roots of `z³ + a·z² + b·z + c`: `z = 2m·u − a/3` turns it into `4u³ − 3u = x`, |x| ≤ 1.
@@ -76,7 +75,7 @@ fn cubic<S: Simd, V: Lanes<S>>(simd: S, a: V, b: V, c: V) -> [V; 3] {
     let mut u = target * of(0.134) + of(0.866);
     for _ in 0..V::CUBIC_STEPS {
         let square = u * u;
-        u -= ((square * of(4.0) - of(3.0)) * u - target) / (square * of(12.0) - of(3.0));
+        u = u - ((square * of(4.0) - of(3.0)) * u - target) / (square * of(12.0) - of(3.0));
     }
     let u = u.min(of(1.0));
     let other = ((of(1.0) - u * u) * of(0.75)).max(of(0.0)).sqrt();
