@@ -7,7 +7,7 @@ use super::PrefixIntegrator;
 use super::scratch::PrefixScratch;
 use crate::fourier::FourierAnswers;
 use crate::moments::{Answer, MomentAnswers, bias_of};
-use crate::options::{Basis, Options};
+use crate::options::{Basis, DepthRange, Options};
 use crate::runs::{DepthScale, Runs};
 use crate::storage::Storage;
 use crate::weights::QueryRays;
@@ -22,7 +22,9 @@ impl PrefixIntegrator {
         channel: usize,
         scratch: &mut PrefixScratch,
     ) {
-        let PrefixScratch { asked, band, moments, fourier, terms, answers, shares, counts, .. } = scratch;
+        let PrefixScratch { asked, depths, band, moments, fourier, terms, answers, shares, counts, .. } =
+            scratch;
+        let runs = depths.of(runs);
         let count = asked.len();
         let brightest =
             runs.colour(channel).map_or(1.0, |colour| colour.iter().fold(0.0f32, |a, &b| a.max(b)));
@@ -39,8 +41,11 @@ impl PrefixIntegrator {
             self.weights.fill(channel, slice, rays, starts, band);
             let references = if band.blends { 2 } else { 1 };
             // Ranks follow the columns, up or down.
-            let [a, b] = [asked.ranks[range.start], asked.ranks[range.end - 1]];
-            let scale = DepthScale::new([a.min(b), a.max(b)]);
+            let told_apart = match self.options.depth_range {
+                DepthRange::Band => [range.start, range.end - 1],
+                DepthRange::Slice => [0, count - 1],
+            };
+            let scale = DepthScale::new(depths.range(told_apart, asked));
             terms.clear();
             counts.filtered += (references * used) as u64;
             match self.options.basis {

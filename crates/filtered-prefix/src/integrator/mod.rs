@@ -13,7 +13,7 @@ use scatter_core::{Light, RenderStats};
 use self::scratch::PrefixScratch;
 use crate::exact::{ExactTask, LampFactors, Ways, band_ratio, has_many_edges};
 use crate::moments::Answer;
-use crate::options::{Basis, Filter, Options, Weighting};
+use crate::options::{Basis, Depths, Filter, Options, Weighting};
 use crate::projective::OwnMap;
 use crate::runs::Runs;
 use crate::weights::{Fog, Weights};
@@ -133,7 +133,10 @@ impl SliceIntegrator for PrefixIntegrator {
         scratch.extremes.reserve(runs);
         scratch.asked.make_room(queries);
         scratch.band.reserve(runs, queries, self.is_lamp);
-        let Options { basis, storage, coefficients, .. } = self.options;
+        let Options { depths, basis, storage, coefficients, .. } = self.options;
+        if depths != Depths::Places {
+            scratch.depths.reserve(columns, runs, queries);
+        }
         match basis {
             Basis::Moments => scratch.moments.iter_mut().for_each(|row| row.make_room(storage, runs)),
             Basis::Fourier => {
@@ -177,6 +180,10 @@ impl SliceIntegrator for PrefixIntegrator {
         if scratch.asked.len() > 0 {
             if !exact_at_once {
                 scratch.is_doubted[..scratch.asked.len()].fill(false);
+                let PrefixScratch { depths, asked, .. } = &mut *scratch;
+                if !self.lamp.are_there() {
+                    depths.measure(self.options.depths, slice, runs, asked);
+                }
                 for channel in 0..channels {
                     if self.lamp.are_there() {
                         let PrefixScratch { summed_lamp, asked, answers, .. } = &mut *scratch;
@@ -186,6 +193,7 @@ impl SliceIntegrator for PrefixIntegrator {
                     }
                     self.take_answers(queries, channel, scratch);
                 }
+                scratch.depths.restore(&mut scratch.asked);
                 let all = scratch.asked.len();
                 scratch.asked.keep(&scratch.is_doubted);
                 let certain = (all - scratch.asked.len()) as u64;

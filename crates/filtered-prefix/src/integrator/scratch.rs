@@ -5,6 +5,7 @@ use scatter_core::RenderStats;
 
 use crate::exact::{ExactSums, SummedLamp};
 use crate::fourier::{FourierRow, Terms};
+use crate::measured_depths::MeasuredDepths;
 use crate::moments::{Answer, MomentRow};
 use crate::runs::{Asked, Extremes};
 use crate::weights::BandWeights;
@@ -18,6 +19,7 @@ pub struct PrefixScratch {
     pub(super) query_runs: Vec<u32>,
     pub(super) extremes: Extremes,
     pub(super) asked: Asked,
+    pub(super) depths: MeasuredDepths,
     pub(super) band: BandWeights,
     pub(super) moments: [MomentRow; 2],
     pub(super) fourier: [FourierRow; 2],
@@ -42,6 +44,7 @@ impl PrefixScratch {
             + self.is_doubted.capacity()
             + self.extremes.memory_bytes()
             + self.asked.memory_bytes()
+            + self.depths.memory_bytes()
             + self.band.memory_bytes()
             + self.moments.iter().map(MomentRow::memory_bytes).sum::<usize>()
             + self.fourier.iter().map(FourierRow::memory_bytes).sum::<usize>()
