@@ -25,6 +25,7 @@ mod exact;
 pub mod filtered_map;
 pub mod fourier;
 mod integrator;
+mod measured_depths;
 pub mod moments;
 mod options;
 pub mod projective;
@@ -35,7 +36,7 @@ mod tool;
 mod weights;
 
 pub use integrator::PrefixIntegrator;
-pub use options::{Basis, Fetch, Filter, ID, Options, Rectification, Weighting};
+pub use options::{Basis, DepthRange, Depths, Fetch, Filter, ID, Options, Rectification, Weighting};
 pub use storage::Storage;
 pub use technique::{CAPABILITIES, FilteredPrefix};
 pub use tool::{FilteredPrefixTechnique, TECHNIQUE};

@@ -27,6 +27,10 @@ pub struct Options {
     pub coefficients: u32,
     /// Whether pixels whose certificate exceeds [`Self::tolerance`] are integrated exactly.
     pub certified: bool,
+    /// What the basis takes for the depth of a surface and of a view ray.
+    pub depths: Depths,
+    /// Between which view rays depths are told apart.
+    pub depth_range: DepthRange,
     /// By what light rays are weighted.
     pub weighting: Option<Weighting>,
     /// How the shadow map is rectified; `None`: projectively where the frame has a source of maps and its epipole is far.
@@ -67,6 +71,31 @@ pub enum Basis {
     Moments,
     /// A Fourier series (Klehm et al. 2014): no bound.
     Fourier,
+}
+
+/// What the basis takes for the depth of a surface and of a view ray.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Depths {
+    /// Its place in the order of the picture's columns, so that neighbours are equally far apart everywhere.
+    #[default]
+    Places,
+    /// The angle β to the light (Klehm et al. 2014, Section 4.1).
+    Angles,
+    /// `t/(1 + |t|)` of the tangent `t = −1/tan β` (that of Section 4.2, which has no bound): what filtered maps have.
+    Tangents,
+    /// `ln tan(β/2)`, which stretches the angles beside the epipole and the anti-epipole in proportion to how near they are. Section 5 asks
+    /// for such a warp and gives no formula.
+    Warp,
+}
+
+/// Between which view rays depths are told apart; what lies before them all or behind is summed apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DepthRange {
+    /// Those that share their filtered rows.
+    #[default]
+    Band,
+    /// All of the slice, as in the paper.
+    Slice,
 }
 
 /// By what light rays are weighted.
@@ -142,6 +171,8 @@ impl Options {
             basis: Basis::Moments,
             coefficients: 6,
             certified: true,
+            depths: Depths::Places,
+            depth_range: DepthRange::Band,
             weighting: None,
             rectification: Some(Rectification::Resampled),
             own_map: OwnMapSettings { columns: 2048, rows: 1024, splits: 16 },

@@ -9,7 +9,7 @@ use scatter_core::{
 use crate::estimate::predicted;
 use crate::fourier::FOURIER_COUNTS;
 use crate::moments::COUNTS;
-use crate::options::{Basis, Fetch, Filter, ID, Options, Rectification, Weighting};
+use crate::options::{Basis, DepthRange, Depths, Fetch, Filter, ID, Options, Rectification, Weighting};
 use crate::storage::Storage;
 use crate::technique::{CAPABILITIES, FilteredPrefix};
 
@@ -38,6 +38,19 @@ static TABLE: OptionTable<Options> = OptionTable {
             OptionRange::choice::<Switch>(),
             |options| Switch(options.certified).into(),
             |options, value| options.certified = value.choice::<Switch>().0
+        ),
+        option_row!(
+            "depths",
+            "what the basis takes for depth: places in the order of the picture's columns, angles to the light, bounded tangents of \
+             them (as filtered maps do), or angles with a warp that stretches those beside the epipole",
+            Depths,
+            depths
+        ),
+        option_row!(
+            "depth_range",
+            "between which view rays depths are told apart: those of a band, or all of a slice (the paper)",
+            DepthRange,
+            depth_range
         ),
         option_row!("weighting", "by what light rays are weighted", Option<Weighting>, weighting),
         option_row!(
@@ -300,6 +313,8 @@ macro_rules! choices {
 choices! {
     Switch: "on" Self(true), "off" Self(false);
     Basis: "moments" Self::Moments, "fourier" Self::Fourier;
+    Depths: "places" Self::Places, "angles" Self::Angles, "tangents" Self::Tangents, "warp" Self::Warp;
+    DepthRange: "band" Self::Band, "slice" Self::Slice;
     Weighting: "average" Self::Average, "reference" Self::Reference;
     Rectification: "resampled" Self::Resampled, "projective" Self::Projective;
     Fetch: "exact" Self::Exact, "bilinear" Self::Bilinear, "nearest" Self::Nearest;

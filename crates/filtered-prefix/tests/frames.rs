@@ -5,7 +5,7 @@ use std::cell::RefCell;
 
 use epipolar::DirectIntegrator;
 use epipolar::driver::{SliceDriver, SliceSettings};
-use filtered_prefix::{Filter, FilteredPrefix, Options};
+use filtered_prefix::{DepthRange, Depths, Filter, FilteredPrefix, Options};
 use proptest::test_runner::{Config, TestRunner};
 use scatter_core::{Frame, HeightFalloff, RayLight, RenderStats, ScatterImage, VolumetricShadow};
 use scatter_testing::{Filling, MapKind, OwnedFrame, SliceCase, coloured_medium, slice_cases};
@@ -76,10 +76,11 @@ impl Found {
     }
 }
 
-fn check(frame: &OwnedFrame, tolerance: f64, absolute: bool, filter: Filter, found: &mut Found) {
+fn check(frame: &OwnedFrame, options: Options, found: &mut Found) {
+    let Options { tolerance, absolute, .. } = options;
     frame.with(|frame| {
         let exact = direct(frame);
-        let (image, stats) = rendered(frame, settings(tolerance, absolute, filter));
+        let (image, stats) = rendered(frame, options);
         let whole = unoccluded(frame);
         let brightest = frame.texture().map_or(1.0, |texture| {
             texture.texels().iter().flatten().fold(1.0f32, |most, &colour| most.max(colour))
@@ -122,7 +123,7 @@ fn try_cases(cases: u32, seed: u64, change: impl Fn(&SliceCase, OwnedFrame) -> O
             let tolerance = tolerances[(which % 4) as usize];
             // By the way of every slice's own choice, and by filters wherever they suffice.
             let filter = if case.seed % 3 == 0 { Filter::Auto } else { Filter::Always };
-            check(&frame, tolerance, which > 3, filter, &mut found.borrow_mut());
+            check(&frame, settings(tolerance, which > 3, filter), &mut found.borrow_mut());
             Ok(())
         })
         .unwrap();
@@ -163,7 +164,26 @@ fn certified_frames_keep_their_tolerance_through_coloured_glass() {
                 frame.medium = coloured_medium();
             }
             for filter in [Filter::Auto, Filter::Always] {
-                check(&frame, tolerance, seed == 1, filter, &mut found);
+                check(&frame, settings(tolerance, seed == 1, filter), &mut found);
+            }
+        }
+    }
+    found.print();
+    assert!(found.worst < 1.0);
+    assert!(found.filtered > 100 && found.exact > 100);
+}
+
+#[test]
+fn certified_frames_keep_their_tolerance_by_any_measure_of_depth() {
+    let mut found = Found::default();
+    for kind in MapKind::ALL {
+        for (depths, tolerance) in
+            [(Depths::Places, 0.05), (Depths::Angles, 0.2), (Depths::Tangents, 0.05), (Depths::Warp, 0.005)]
+        {
+            for depth_range in [DepthRange::Band, DepthRange::Slice] {
+                let stock = OwnedFrame::stock(kind, [23, 15], 40, Filling::Random { seed: 4, far: 9.0 });
+                let options = settings(tolerance, depth_range == DepthRange::Band, Filter::Always);
+                check(&stock, Options { depths, depth_range, ..options }, &mut found);
             }
         }
     }

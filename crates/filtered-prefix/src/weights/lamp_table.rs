@@ -4,6 +4,8 @@ use epipolar::driver::SliceView;
 use epipolar::geometry::direction_of_diamond_angle;
 use scatter_core::exp_f32;
 
+use super::phase_table::phase_at;
+
 /// Intervals over γ in [0, 2]: an angle of 0.006 at the most.
 const INTERVALS: usize = 1024;
 
@@ -120,16 +122,4 @@ pub fn detour([sine, cosine]: [f32; 2], [own_sine, own_cosine]: [f32; 2]) -> f32
     let top = sine * own_sine;
     let bottom = (1.0 + cosine) * (1.0 + own_cosine) - top;
     if bottom > 1e-30 { 2.0 * top / bottom } else { f32::INFINITY }
-}
-
-/// A phase function's table over [0, π] at an angle ≥ 0, linear between its entries.
-#[inline(always)]
-fn phase_at(phase: &[f32], angle: f32) -> f32 {
-    if phase.len() < 2 {
-        return 1.0;
-    }
-    let last = phase.len() - 1;
-    let place = angle * (last as f32 * std::f32::consts::FRAC_1_PI);
-    let index = (place as usize).min(last - 1);
-    phase[index] + (place - index as f32).min(1.0) * (phase[index + 1] - phase[index])
 }

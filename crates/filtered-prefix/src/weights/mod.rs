@@ -14,12 +14,16 @@
 mod absorbed;
 mod band;
 mod difference;
+mod filling;
 mod fog_rays;
+mod frame_weights;
 mod lamp_table;
+mod phase_table;
 
 pub use absorbed::absorbed;
 
-pub use band::{BandWeights, QueryRays, Weights};
+pub use band::{BandWeights, QueryRays};
 #[cfg(test)]
 pub use difference::{from_even, of_blend, of_log_range};
 pub use fog_rays::Fog;
+pub use frame_weights::Weights;
