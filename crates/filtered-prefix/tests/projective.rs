@@ -329,7 +329,14 @@ fn one_fetch_a_pixel_misses_what_the_map_and_the_basis_miss() {
                 // Two numbers beside: what is lit for all view rays of the row, and what is in doubt.
                 let bytes = (u64::from(coefficients) + 2) * references * storage.bytes() as u64;
                 assert_eq!(stats.counts.get("bytes a texel"), Some(bytes));
-                assert!(stats.memory_bytes >= 512 * 512 * bytes);
+                let whole = 512 * 512 * bytes;
+                assert_eq!(stats.counts.get("bytes of a whole map"), Some(whole));
+                // A strip's rows are all that is kept, beside 8 bytes a texel of the projective map and 4 a pixel: 4 rows at least, a
+                // MiB or what is asked for, by each thread.
+                let kept = (4 * 512 * bytes).max(1 << 20) + 4096;
+                let threads = std::thread::available_parallelism().map_or(1, |count| count.get() as u64);
+                let beside = 8 * 512 * 512 + 4 * u64::from(width * height) + (64 << 10);
+                assert!(stats.memory_bytes <= threads * kept + beside, "{}", stats.memory_bytes);
                 rel_rmse(&image, &truth)
             };
             for count in [8, 32, 128] {
