@@ -22,6 +22,8 @@ use crate::select::{Method, method, options_by_hand};
 pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {
     let ids: Vec<String> = flags.methods.iter().map(|id| gpu::id_on(flags.on.device, id)).collect();
     let is_on_gpu = flags.on.device == Device::Gpu || ids.iter().any(|id| id.ends_with("@gpu"));
+    let techniques = techniques(&ids, flags.on.device)?;
+    let by_hand = options_by_hand(&flags.set, &techniques)?;
     gpu::choose(&flags.on, is_on_gpu)?;
     if is_on_gpu {
         match gpu::adapter() {
@@ -30,8 +32,6 @@ pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {
         }
         gpu::warm_up();
     }
-    let techniques = techniques(&ids, flags.on.device)?;
-    let by_hand = options_by_hand(&flags.set, &techniques)?;
     let modes = modes(&techniques, &by_hand);
     let contenders = Contender::of_modes(&modes);
     if let Some(folder) = &flags.report {
