@@ -162,6 +162,7 @@ fn options_for(
             &["share"],
             "share: radiance between samples promises no error",
         )?;
+        TABLE.require(overrides, "far", &["auto"], "auto: behind a far that is set nothing is looked at")?;
     }
     let mut options = match target {
         Target::Quality(level) => Options::for_quality(level, facts),
