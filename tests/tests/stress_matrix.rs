@@ -26,8 +26,9 @@ fn no_technique_gives_a_wrong_number_for_any_extreme() {
 
 #[test]
 fn every_mutant_is_rejected_and_every_correct_technique_passes_the_same_rung() {
-    let methods: Vec<&str> = Contender::all(TECHNIQUES).iter().map(Contender::id).collect();
-    let results = run_mutants(TECHNIQUES, &mut |_| {});
+    let contenders = Contender::all(TECHNIQUES);
+    let methods: Vec<&str> = contenders.iter().map(Contender::id).collect();
+    let results = run_mutants(&contenders, &mut |_| {});
     let survivors = results.iter().filter(|result| !result.is_rejected()).count();
     assert_eq!(survivors, 0, "{}", table_of_mutants(&results, &methods));
 }

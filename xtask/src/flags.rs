@@ -170,7 +170,7 @@ pub struct Validate {
     #[arg(long = "row", value_name = "TEXT", requires = "report")]
     pub rows: Vec<String>,
     /// Prove that the checks can fail: every deliberately wrong variant must be rejected; exit 1 if one survives
-    #[arg(long, conflicts_with_all = ["shots", "report", "rows", "set", "size", "shadow_map", "cascades", "vulkan_device"])]
+    #[arg(long, conflicts_with_all = ["shots", "report", "rows", "size", "shadow_map", "cascades", "vulkan_device"])]
     pub mutants: bool,
     /// Grade an image that another renderer made of the one --shot: EXR, row 0 on top; what of it is taken is said
     #[arg(long, value_name = "MINE.exr")]
@@ -340,6 +340,9 @@ pub struct Stress {
     /// Rows whose group or name contains this text; repeatable [default: all]
     #[arg(long = "row", value_name = "TEXT")]
     pub rows: Vec<String>,
+    /// One option of the techniques that have it, over their finest setting; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
     #[command(flatten)]
     pub on: DeviceFlags,
     /// Threads [default: one a core]

@@ -10,7 +10,7 @@ use scatter_scene::{
     load_shot,
 };
 use scatter_validate::staged_shot::resized;
-use scatter_validate::{AUTO, Baseline, HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+use scatter_validate::{AUTO, Baseline, ByHand, HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
 
 use crate::flags::{Maps, Rendering, ShadowSource};
 use crate::gpu;
@@ -120,9 +120,13 @@ pub fn baseline() -> Option<Baseline<'static>> {
     technique(BASELINE).map(|technique| Baseline { technique, knob: "steps", most: MOST_STEPS })
 }
 
-/// An error for options that none of the techniques takes.
-pub fn check_options(rendering: &Rendering, techniques: &[&dyn Technique]) -> anyhow::Result<()> {
-    for (key, value) in &rendering.set {
+/// The options by hand of each technique: those of `--set` that it has. An error for one that none of them has, or at a value that
+/// one of them does not take.
+pub fn options_by_hand(
+    set: &[(String, String)],
+    techniques: &[&dyn Technique],
+) -> anyhow::Result<Vec<ByHand>> {
+    for (key, value) in set {
         let Some(first) = techniques.first() else {
             bail!(
                 "--set {key}={value}: references and auto have no options; leave it out, or name a technique"
@@ -133,7 +137,13 @@ pub fn check_options(rendering: &Rendering, techniques: &[&dyn Technique]) -> an
             first.info().option(key).with_context(|| format!("--set {key}={value}"))?;
         }
     }
-    Ok(())
+    let of = |technique: &&dyn Technique| ByHand::of(*technique, set).context("--set");
+    techniques.iter().map(of).collect()
+}
+
+/// An error for options that cannot be set: [`options_by_hand`].
+pub fn check_options(set: &[(String, String)], techniques: &[&dyn Technique]) -> anyhow::Result<()> {
+    options_by_hand(set, techniques).map(drop)
 }
 
 /// The device that draws the maps; none where rays make them.

@@ -133,12 +133,18 @@ impl Configurable for EpipolarTechnique {
     fn choose(
         &self,
         target: Target,
-        _overrides: &[(&str, &str)],
+        overrides: &[(&str, &str)],
         facts: &SceneFacts,
     ) -> Result<Options, OptionError> {
         match target {
             Target::Quality(level) => Ok(Options::for_quality(level, facts.size)),
-            Target::Error(error) => Options::for_error(error, facts.size),
+            Target::Error(error) => {
+                let range = "exact: between samples of a row no error is promised";
+                TABLE.require(overrides, "cells", &["exact"], range)?;
+                let range = "auto or 8: a promise takes as many terms as it needs";
+                TABLE.require(overrides, "rank", &["auto", "8"], range)?;
+                Options::for_error(error, facts.size)
+            }
         }
     }
 

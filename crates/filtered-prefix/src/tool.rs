@@ -235,6 +235,10 @@ impl Configurable for FilteredPrefixTechnique {
                 "off with fetch=bilinear and fetch=nearest, which certify nothing",
             ));
         }
+        if let Target::Error(_) = target {
+            let certifies = last("certified").map_or(options.certified, |certified| certified == "on");
+            keeps_promises(overrides, certifies)?;
+        }
         if last("storage") == Some("u8") && !is_fourier {
             return Err(bad_value("storage", "u8", "f32 or f16 with basis moments, or set basis=fourier"));
         }
@@ -282,6 +286,33 @@ impl Configurable for FilteredPrefixTechnique {
     fn predict(&self, options: &Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate> {
         predicted(options, outlook)
     }
+
+    fn bytes_of_own_maps(&self, options: &Options) -> u64 {
+        let Options { rectification, own_map, fetch, storage, coefficients, .. } = *options;
+        if rectification == Some(Rectification::Resampled) && fetch == Fetch::Exact {
+            return 0;
+        }
+        // Depths, and those of one split as a source makes them.
+        let depths = 2 * size_of::<f32>() as u64;
+        let filtered = match fetch {
+            Fetch::Exact => 0,
+            // A row has up to three reference rays, each with two numbers beside the basis.
+            Fetch::Bilinear | Fetch::Nearest => 3 * (u64::from(coefficients) + 2) * storage.bytes() as u64,
+        };
+        u64::from(own_map.columns) * u64::from(own_map.rows) * (depths + filtered)
+    }
+}
+
+/// An error where the caller sets a mode that promises no error.
+fn keeps_promises(overrides: &[(&str, &str)], certifies: bool) -> Result<(), OptionError> {
+    let range = "exact: one fetch a pixel promises no error";
+    TABLE.require(overrides, "fetch", &["exact"], range)?;
+    let range = "resampled: a map of the technique's own promises nothing of the given one";
+    TABLE.require(overrides, "rectification", &["resampled"], range)?;
+    if certifies {
+        return Ok(());
+    }
+    Err(bad_value("certified", "off", "on: a row's numbers alone promise no error"))
 }
 
 fn bad_value(key: &'static str, value: &str, range: &str) -> OptionError {

@@ -155,6 +155,15 @@ fn options_for(
     overrides: &[(&str, &str)],
     facts: &SceneFacts,
 ) -> Result<Options, OptionError> {
+    if let Target::Error(_) = target {
+        TABLE.require(
+            overrides,
+            "lookup",
+            &["share"],
+            "share: radiance between samples promises no error",
+        )?;
+        TABLE.require(overrides, "far", &["auto"], "auto: behind a far that is set nothing is looked at")?;
+    }
     let mut options = match target {
         Target::Quality(level) => Options::for_quality(level, facts),
         Target::Error(_) if overrides.iter().any(|(key, _)| *key == "grid") => Options::default(),

@@ -90,6 +90,8 @@ impl Configurable for LightVolumeTechnique {
                 // Sums of signed terms lose what a frame's media make them lose.
                 let range = "intervals: sums of signed terms promise no error";
                 TABLE.require(overrides, "accumulate", &["intervals"], range)?;
+                let range = "stepped: the interpolated surface is not that of the map's nearest texels, of which errors are promised";
+                TABLE.require(overrides, "surface", &["stepped"], range)?;
                 Ok(Options::for_error(error))
             }
         }

@@ -66,6 +66,17 @@ pub trait Technique: Sync {
         overrides: &[(&str, &str)],
         outlook: &Outlook<'_>,
     ) -> Result<Estimate, NoEstimate>;
+
+    /// Most bytes that such an instance holds beyond [`TechniqueInfo::memory`], in maps of its own whose size is an option; 0 where
+    /// no option is such a size.
+    fn bytes_of_own_maps(
+        &self,
+        _target: Target,
+        _overrides: &[(&str, &str)],
+        _facts: &SceneFacts,
+    ) -> Result<u64, OptionError> {
+        Ok(0)
+    }
 }
 
 /// A technique with a table of options: all that it says about them.
@@ -96,6 +107,11 @@ pub trait Configurable: Sync {
 
     /// What these options cost and are off by on a frame, as [`Technique::estimate`].
     fn predict(&self, options: &Self::Options, outlook: &Outlook<'_>) -> Result<Estimate, NoEstimate>;
+
+    /// What these options may hold in maps of its own, as [`Technique::bytes_of_own_maps`].
+    fn bytes_of_own_maps(&self, _options: &Self::Options) -> u64 {
+        0
+    }
 }
 
 impl<T: Configurable> Technique for T {
@@ -136,6 +152,15 @@ impl<T: Configurable> Technique for T {
             .map_err(|error| NoEstimate::because(error.to_string()))?;
         self.predict(&options, outlook)
     }
+
+    fn bytes_of_own_maps(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        facts: &SceneFacts,
+    ) -> Result<u64, OptionError> {
+        Ok(Configurable::bytes_of_own_maps(self, &options_of(self, target, overrides, facts)?))
+    }
 }
 
 fn options_of<T: Configurable>(
@@ -165,7 +190,8 @@ pub struct TechniqueInfo {
     pub capabilities: Capabilities,
     /// How far a result moves under changes that mean nothing.
     pub rounding: Rounding,
-    /// How much it holds at the most, whatever the frame and its options are.
+    /// How much it holds at the most, whatever the frame and its options are; but for maps of its own, whose size is an option
+    /// ([`Technique::bytes_of_own_maps`]).
     pub memory: MemoryBound,
     /// Its options.
     pub options: &'static dyn OptionList,

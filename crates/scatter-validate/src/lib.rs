@@ -14,6 +14,7 @@ pub mod checks;
 pub mod contender;
 pub mod mutants;
 pub mod stress;
+pub mod with_options;
 
 mod beyond_border;
 pub mod staged_shot;
@@ -65,3 +66,4 @@ pub use survey::{Survey, survey};
 pub use table::table;
 pub use tolerance::{ToleranceError, Tolerances};
 pub use truths::{HEIGHT_FIELD_TRUTH, RAYCAST_TRUTH, SHADOW_MAP_TRUTH};
+pub use with_options::{ByHand, WithOptions};

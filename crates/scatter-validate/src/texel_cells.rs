@@ -37,6 +37,18 @@ pub struct Expected {
 /// same hundredth as in MODEL.md's figures.
 const LEAST_SCALE: f64 = 0.01;
 
+impl Expected {
+    /// Whether every pixel has all of its light, or none has any. Of a single pixel nobody knows what is around it.
+    pub fn is_even(&self) -> bool {
+        /// What is left of a shadow that a stretch of rounding casts.
+        const ROUNDING: f64 = 1e-9;
+        let values = || self.radiance.iter().flatten().zip(self.scale.iter().flatten());
+        let is_lit = values().all(|(&value, &scale)| value >= (1.0 - ROUNDING) * scale);
+        let is_dark = values().all(|(&value, &scale)| value <= ROUNDING * scale);
+        self.radiance.len() > 1 && (is_lit || is_dark)
+    }
+}
+
 impl Scenario {
     /// The exact image.
     pub fn expected(&self) -> Expected {

@@ -3,7 +3,8 @@
 //! A row names method, shot (`*` stands for any), figure, max and reason. All rows that match a measured row apply.
 //! Beside them two rules need no row: nothing may be non-finite, and a technique must reach its quality level. A `[[miss]]`
 //! (method, shot, reason) says that a technique is not made to reach levels there: its row is shown as a miss with the reason,
-//! and is no failure. A `[[stress]]` (method, group, max, reason) is a limit of its own in a group of the stress matrix.
+//! and is no failure. A `[[stress]]` (method, group, max, reason) is a limit of its own in a group of the stress matrix; a
+//! `[[brighter]]` (method, group, reason) says that modes that promise no error may be brighter there than with all of the light.
 
 use serde::Deserialize;
 
@@ -51,12 +52,25 @@ struct StressLimit {
     reason: String,
 }
 
+/// Where modes that promise no error may be brighter than the unoccluded value.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Brighter {
+    /// A technique's id.
+    method: String,
+    /// A heading of the matrix.
+    group: String,
+    /// Why no share of light bounds them.
+    reason: String,
+}
+
 /// All limits.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tolerances {
     rows: Vec<Tolerance>,
     misses: Vec<KnownMiss>,
     stress: Vec<StressLimit>,
+    brighter: Vec<Brighter>,
 }
 
 /// A tolerance file that does not say what it must.
@@ -105,6 +119,8 @@ impl Tolerances {
             miss: Vec<KnownMiss>,
             #[serde(default)]
             stress: Vec<StressLimit>,
+            #[serde(default)]
+            brighter: Vec<Brighter>,
         }
         let file: File = toml::from_str(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
@@ -147,7 +163,16 @@ impl Tolerances {
                 problem: "[[stress]]: give a max in (0, 1) and a reason".into(),
             });
         }
-        Ok(Self { rows: file.row, misses: file.miss, stress: file.stress })
+        if let Some(number) = file.brighter.iter().position(|brighter| brighter.reason.trim().is_empty()) {
+            let Brighter { method, group, .. } = &file.brighter[number];
+            return Err(ToleranceError::Row {
+                number: number + 1,
+                method: method.clone(),
+                shot: group.clone(),
+                problem: "[[brighter]]: the reason is empty; say why no share of light bounds it".into(),
+            });
+        }
+        Ok(Self { rows: file.row, misses: file.miss, stress: file.stress, brighter: file.brighter })
     }
 
     /// Why a row may miss its quality level; `None` where it may not.
@@ -161,6 +186,11 @@ impl Tolerances {
     pub fn stress_limit(&self, method: &str, group: &str) -> Option<f64> {
         let limit = self.stress.iter().find(|limit| limit.method == method && limit.group == group);
         limit.map(|limit| limit.max)
+    }
+
+    /// Whether modes of a technique that promise no error may be brighter than the unoccluded value in a group of the stress matrix.
+    pub fn may_be_brighter(&self, method: &str, group: &str) -> bool {
+        self.brighter.iter().any(|brighter| brighter.method == method && brighter.group == group)
     }
 
     /// What is out of tolerance in a measured row, one sentence each; empty if nothing is.
@@ -269,6 +299,19 @@ mod tests {
         let message = |text: &str| Tolerances::parse(text).unwrap_err().to_string();
         assert!(message(&text.replace("0.13", "1.5")).contains("max in (0, 1)"));
         assert!(message(&text.replace("one of eight samples", "")).contains("a reason"));
+    }
+
+    #[test]
+    fn who_may_be_brighter_than_all_of_the_light_is_said_with_a_reason() {
+        let text = "[[brighter]]\nmethod = 'm'\ngroup = 'the epipole'\nreason = 'one sample of 1/d²'\n";
+        let limits = Tolerances::parse(text).unwrap();
+        assert!(limits.may_be_brighter("m", "the epipole") && !limits.may_be_brighter("m", "laws"));
+        assert!(!limits.may_be_brighter("other", "the epipole"));
+        let message = Tolerances::parse(&text.replace("one sample of 1/d²", " ")).unwrap_err().to_string();
+        assert!(
+            message.contains("row 1 (m, the epipole)") && message.contains("the reason is empty"),
+            "{message}"
+        );
     }
 
     #[test]

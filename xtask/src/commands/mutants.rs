@@ -2,19 +2,22 @@
 
 mod recomposed_slices;
 
+use std::collections::BTreeMap;
+
 use scatter::{TECHNIQUES, Technique};
-use scatter_validate::Machine;
 use scatter_validate::mutants::{MutantResult, recomposed_result, run_mutants, table::table};
+use scatter_validate::{Contender, Machine};
 use serde_json::{Value, json};
 
 use recomposed_slices::{INFO, RUNG, RecomposedSlices, SliceFault};
 
+use super::stress::{modes, options_line};
 use crate::Verdict;
 use crate::flags::Validate;
 use crate::output::{print, print_json};
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{Method, method};
+use crate::select::{Method, method, options_by_hand};
 
 /// Runs every mutant of the reference and of each technique.
 pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
@@ -28,9 +31,12 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
     if rendering.methods.is_empty() {
         techniques = TECHNIQUES.to_vec();
     }
+    let by_hand = options_by_hand(&rendering.set, &techniques)?;
+    let modes = modes(&techniques, &by_hand);
+    let contenders = Contender::of_modes(&modes);
     let progress = Progress::new(None);
     let (results, _) = in_pool(rendering.threads, |threads| {
-        let mut results = run_mutants(&techniques, &mut |name| progress.stage(name));
+        let mut results = run_mutants(&contenders, &mut |name| progress.stage(name));
         results.extend(SliceFault::ALL.map(|fault| {
             progress.stage(fault.name());
             let renderers = [None, Some(fault)].map(|fault| RecomposedSlices { fault });
@@ -39,22 +45,25 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
         (results, threads)
     })?;
     drop(progress);
-    let references = [scatter_validate::SHADOW_MAP_TRUTH];
-    let ids = techniques.iter().map(|technique| technique.info().id);
-    let methods: Vec<&str> = references.into_iter().chain(ids).collect();
+    let methods: Vec<&str> = contenders.iter().map(Contender::id).collect();
     let survivors = results.iter().filter(|result| !result.is_rejected()).count();
     if rendering.json {
-        let rows: Vec<Value> = results.iter().flat_map(documents).collect();
+        let rows: Vec<Value> = results.iter().flat_map(|result| documents(result, &contenders)).collect();
         print_json(&json!({ "machine": Machine::this(), "rows": rows }))?;
     } else {
-        print("what must be rejected; in brackets the error of the correct technique at the same rung\n\n")?;
+        print("what must be rejected; in brackets the error of the correct technique at the same rung\n")?;
+        print(&format!("{}\n", options_line(&contenders)))?;
         print(&table(&results, &methods))?;
         print(&format!("{} mutants, {survivors} not proven to be rejected\n", results.len()))?;
     }
     Ok(if survivors == 0 { Verdict::Well } else { Verdict::OutOfTolerance })
 }
 
-fn documents(result: &MutantResult) -> Vec<Value> {
+fn documents(result: &MutantResult, contenders: &[Contender<'_>]) -> Vec<Value> {
+    let overrides = |method: &str| -> BTreeMap<&str, String> {
+        let by = contenders.iter().find(|by| by.id() == method);
+        by.map_or(&[][..], Contender::by_hand).iter().cloned().collect()
+    };
     let outcomes = result.outcomes.iter();
     outcomes
         .map(|outcome| {
@@ -62,6 +71,7 @@ fn documents(result: &MutantResult) -> Vec<Value> {
                 "mutant": result.name,
                 "rung": result.rung,
                 "method": outcome.method,
+                "overrides": overrides(outcome.method),
                 "correct": outcome.correct.to_string(),
                 "wrong": outcome.mutant.to_string(),
                 "verdict": outcome.verdict(),

@@ -42,8 +42,8 @@ pub fn run(flags: &Render) -> anyhow::Result<Verdict> {
         stderr_line(&format!("gpu: {adapter}"));
     }
     match method {
-        Method::Technique(technique) => check_options(rendering, &[technique])?,
-        _ => check_options(rendering, &[])?,
+        Method::Technique(technique) => check_options(&rendering.set, &[technique])?,
+        _ => check_options(&rendering.set, &[])?,
     }
     // What is wrong with its file is said before any work.
     let machine =

@@ -7,7 +7,7 @@ use scatter_validate::stress::row::StressRow;
 use scatter_validate::stress::rows::all_rows;
 use scatter_validate::stress::table::{summary, table};
 use scatter_validate::stress::{StressResult, run as run_row};
-use scatter_validate::{Contender, Machine};
+use scatter_validate::{ByHand, Contender, Machine, WithOptions};
 
 use super::page;
 use crate::Verdict;
@@ -16,12 +16,14 @@ use crate::gpu;
 use crate::output::{check_folder, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
-use crate::select::{Method, method};
+use crate::select::{Method, method, options_by_hand};
 
 /// Runs the matrix and prints it.
 pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {
     let ids: Vec<String> = flags.methods.iter().map(|id| gpu::id_on(flags.on.device, id)).collect();
     let is_on_gpu = flags.on.device == Device::Gpu || ids.iter().any(|id| id.ends_with("@gpu"));
+    let techniques = techniques(&ids, flags.on.device)?;
+    let by_hand = options_by_hand(&flags.set, &techniques)?;
     gpu::choose(&flags.on, is_on_gpu)?;
     if is_on_gpu {
         match gpu::adapter() {
@@ -30,7 +32,8 @@ pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {
         }
         gpu::warm_up();
     }
-    let contenders = contenders(&ids, flags.on.device)?;
+    let modes = modes(&techniques, &by_hand);
+    let contenders = Contender::of_modes(&modes);
     if let Some(folder) = &flags.report {
         check_folder(folder)?;
     }
@@ -49,8 +52,9 @@ pub fn run(flags: &Stress) -> anyhow::Result<Verdict> {
     } else {
         print(&format!("{machine}\n"))?;
         print(
-            "errors as shares of the unoccluded value: largest (truth), p99 or RMS at the finest setting\n\n",
+            "errors as shares of the unoccluded value: largest (truth), p99 or RMS at the finest setting\n",
         )?;
+        print(&format!("{}\n", options_line(&contenders)))?;
         print(&table(&results, &methods))?;
         print(&format!("{}\n", summary(&results)))?;
     }
@@ -91,7 +95,29 @@ pub fn run_rows(
 
 /// The matrix as a section of a page.
 pub fn section(results: Vec<StressResult>, contenders: &[Contender<'_>]) -> Section {
-    Section::Stress(StressSection { results, methods: contenders.iter().map(Contender::id).collect() })
+    Section::Stress(StressSection {
+        results,
+        methods: contenders.iter().map(Contender::id).collect(),
+        modes: labels(contenders),
+    })
+}
+
+/// Each technique with its options by hand.
+pub fn modes<'a>(techniques: &[&'a dyn Technique], by_hand: &'a [ByHand]) -> Vec<WithOptions<'a>> {
+    techniques.iter().zip(by_hand).map(|(technique, by_hand)| WithOptions::new(*technique, by_hand)).collect()
+}
+
+/// Those that have options by hand, with these.
+pub fn labels(contenders: &[Contender<'_>]) -> Vec<String> {
+    contenders.iter().filter(|by| !by.by_hand().is_empty()).map(Contender::label).collect()
+}
+
+/// What stands above a table of modes; nothing without one.
+pub fn options_line(contenders: &[Contender<'_>]) -> String {
+    match labels(contenders) {
+        labels if labels.is_empty() => String::new(),
+        labels => format!("{}; ~: off by so much where the mode promises no error\n", labels.join(", ")),
+    }
 }
 
 /// Without an adapter no extreme is rendered: said, counted, and a failure where techniques were asked for by name or the
@@ -103,14 +129,13 @@ fn skipped(none: &str, ids: &[String]) -> Verdict {
     if required || !ids.is_empty() { Verdict::OutOfTolerance } else { Verdict::Well }
 }
 
-/// The named techniques, or the reference and all of them. The reference is always there: it is what the others stand
-/// beside.
-fn contenders(ids: &[String], device: Device) -> anyhow::Result<Vec<Contender<'static>>> {
+/// The named techniques, or all of them. The reference is always there besides: it is what the others stand beside.
+fn techniques(ids: &[String], device: Device) -> anyhow::Result<Vec<&'static dyn Technique>> {
     if ids.is_empty() {
-        return Ok(Contender::all(match device {
-            Device::Cpu => TECHNIQUES,
-            Device::Gpu => gpu::techniques(),
-        }));
+        return Ok(match device {
+            Device::Cpu => TECHNIQUES.to_vec(),
+            Device::Gpu => gpu::techniques().to_vec(),
+        });
     }
     let mut techniques: Vec<&dyn Technique> = Vec::new();
     for id in ids {
@@ -126,5 +151,5 @@ fn contenders(ids: &[String], device: Device) -> anyhow::Result<Vec<Contender<'s
             ),
         }
     }
-    Ok(Contender::all(&techniques))
+    Ok(techniques)
 }

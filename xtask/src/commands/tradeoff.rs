@@ -35,7 +35,7 @@ pub fn run(flags: &Tradeoff) -> anyhow::Result<Verdict> {
              `validate --device gpu` for the errors"
         );
     }
-    check_options(rendering, &techniques)?;
+    check_options(&rendering.set, &techniques)?;
     let sources = shots(&flags.shots)?;
     if let Some(path) = &flags.plot {
         check_writable(path)?;

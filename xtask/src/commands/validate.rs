@@ -27,7 +27,8 @@ use crate::output::{check_folder, print, print_json, stderr_line};
 use crate::progress::Progress;
 use crate::run::in_pool;
 use crate::select::{
-    Method, ShotSource, baseline, check_options, load, method, raster_device, resolution, shots,
+    Method, ShotSource, baseline, check_options, load, method, options_by_hand, raster_device, resolution,
+    shots,
 };
 
 /// Measures, prints and judges.
@@ -66,7 +67,7 @@ pub fn run(flags: &Validate) -> anyhow::Result<Verdict> {
         });
         chosen.collect()
     };
-    check_options(rendering, &techniques)?;
+    check_options(&rendering.set, &techniques)?;
     let sources = shots(&flags.shots)?;
     let stress_rows = stress::rows(&flags.rows)?;
     if let Some(folder) = &flags.report {
@@ -239,7 +240,9 @@ fn add_measurements(
     raster: Option<RasterDevice>,
     stress_rows: Vec<StressRow>,
 ) -> anyhow::Result<bool> {
-    let contenders = Contender::all(&techniques);
+    let by_hand = options_by_hand(&rendering.set, &techniques)?;
+    let modes = stress::modes(&techniques, &by_hand);
+    let contenders = Contender::of_modes(&modes);
     // Options by hand would make every setting the same.
     let repeat = rendering.repeat.max(SWEEP_REPEAT);
     let quick = Rendering { quick: true, repeat, set: Vec::new(), ..rendering.clone() };

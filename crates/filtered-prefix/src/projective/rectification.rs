@@ -32,6 +32,10 @@ const WIDEST_BY_ITSELF: f64 = 120.0 / 180.0 * std::f64::consts::PI;
 /// Part of the range of depths that is added at either end: what is clamped there is then behind every view ray, or before it.
 const MARGIN: f64 = 1.0 / 64.0;
 
+/// Most that a step of the map's depths, which are f32 from 0 to 1, may be of the way between two pixels: larger, and view rays share
+/// depths; smaller, and epipoles beside a corner of the image are refused that a map can be made for.
+const COARSEST_DEPTH: f64 = 1.0 / 64.0;
+
 /// Farthest light ray over the nearest one that the map holds; what is nearer is read from the given map. Smaller, and more of
 /// the light near the eye is as coarse as there; larger, and the first split is less even.
 const FARTHEST_OVER_NEAREST: f64 = 64.0;
@@ -105,6 +109,11 @@ impl Rectification {
             let (y, z) = (across.dot(corner) / w, -to_light.dot(corner) / w);
             rows = [rows[0].min(y), rows[1].max(y)];
             depths = [depths[0].min(z), depths[1].max(z)];
+        }
+        let [_, a_column, _] = Self::view_rays(camera);
+        // At an epipole in a corner of the image, beside which the wedge is narrow all the same, depths go to infinity.
+        if !((depths[1] - depths[0]) * f64::from(f32::EPSILON) <= COARSEST_DEPTH * a_column.length()) {
+            return Err(NotRectified::Epipole);
         }
         let margin = MARGIN * (depths[1] - depths[0]);
         let farthest = reach.farthest((frame, simd), &Self::view_rays(camera), (along, to_light, lamp));
@@ -284,7 +293,7 @@ fn bisectrix(
 
 #[cfg(test)]
 mod tests {
-    use glam::DMat4;
+    use glam::{DMat4, DQuat};
     use scatter_core::simd_level;
     use scatter_testing::{Filling, MapKind, OwnedFrame, Random};
 
@@ -359,6 +368,40 @@ mod tests {
         });
         println!("{counts:?} frames with and without a map");
         assert!(counts[0] > 60 && counts[1] > 20);
+    }
+
+    /// Around a corner the corners of the image span a right angle at the most, however near it is.
+    #[test]
+    fn an_epipole_in_a_corner_of_the_image_has_no_map() {
+        let size = [13u32, 9];
+        let [width, height] = size.map(f64::from);
+        let filling = Filling::Random { seed: 3, far: 9.0 };
+        let stock = OwnedFrame::stock(MapKind::Orthographic, size, 16, filling);
+        let Light::Directional(sun) = &stock.light else { panic!("a parallel map has a sun") };
+        let (sun, eye) = (sun.direction(), stock.camera.eye());
+        // The camera turned until an image point shows the sun, or what is opposite to it.
+        let rectified = |x: f64, y: f64, side: f64| {
+            let plain =
+                Camera::perspective(eye.to_array(), (eye + DVec3::Z).to_array(), [0.0, 1.0, 0.0], 50.0, size);
+            let turn = DQuat::from_rotation_arc(plain.unwrap().ray(x, y).direction, -side * sun);
+            let (target, up) = ((eye + turn * DVec3::Z).to_array(), (turn * DVec3::Y).to_array());
+            let camera = Camera::perspective(eye.to_array(), target, up, 50.0, size).unwrap();
+            OwnedFrame { camera, ..stock.filled(filling) }.with(|frame| {
+                Rectification::new(frame, false, Extent::Maps, (&mut Reach::default(), simd_level()))
+            })
+        };
+        for (x, y) in [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)] {
+            let aside = |by: f64| [x + by * (x / width - 0.5), y + by * (y / height - 0.5)];
+            for side in [1.0, -1.0] {
+                for by in [0.0, 1e-15, 1e-9, 1e-6] {
+                    let [x, y] = aside(by);
+                    assert_eq!(rectified(x, y, side), Err(NotRectified::Epipole), "{x} {y} {by} {side}");
+                }
+                // A pixel away there is one.
+                let [x, y] = aside(2.0);
+                assert!(rectified(x, y, side).is_ok(), "{x} {y} {side}");
+            }
+        }
     }
 
     #[test]

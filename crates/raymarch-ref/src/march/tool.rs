@@ -1,8 +1,8 @@
 //! The marcher as tools see it.
 
 use scatter_core::{
-    Configurable, Estimate, MemoryBound, NoEstimate, OptionError, OptionTable, Outlook, Rounding, SceneFacts,
-    Target, TechniqueInfo, VolumetricShadow,
+    Configurable, Estimate, LightKind, MemoryBound, NoEstimate, OptionError, OptionTable, Outlook, Rounding,
+    SceneFacts, Target, TechniqueInfo, VolumetricShadow,
 };
 
 use super::RayMarch;
@@ -57,6 +57,10 @@ impl Configurable for RayMarchTechnique {
         overrides: &[(&str, &str)],
         facts: &SceneFacts,
     ) -> Result<Options, OptionError> {
+        if let (Target::Error(_), LightKind::Point | LightKind::Spot) = (target, facts.light) {
+            let range = "equi-angular: equal lengths beside a lamp promise no error";
+            TABLE.require(overrides, "distribution", &["equi-angular"], range)?;
+        }
         match target {
             Target::Quality(level) => Ok(Options::for_quality(level)),
             // A caller that says how many steps it wants asks for no promise.

@@ -20,7 +20,7 @@ mod output_faults;
 pub mod recomposed;
 pub mod table;
 
-use scatter_core::{Technique, TechniqueInfo, VolumetricShadow};
+use scatter_core::{TechniqueInfo, VolumetricShadow};
 
 use crate::contender::Contender;
 use crate::stress::cell::Cell;
@@ -55,19 +55,28 @@ pub struct MutantOutcome {
 }
 
 impl MutantOutcome {
-    /// The correct one passes and the mutant fails. A rung that the technique does not support proves nothing, and
-    /// is none of its faults.
+    /// The correct one passes and the mutant fails; in a mode that promises no error, the mutant is further off than the correct
+    /// technique by what a promise would allow. A rung that the technique does not support proves nothing, and is none of its
+    /// faults.
     pub fn is_rejected(&self) -> bool {
-        let passes = matches!(self.correct, Cell::Ok { .. });
-        (passes && self.mutant.has_failed()) || self.says_nothing()
+        let is_told = match (&self.correct, &self.mutant) {
+            (Cell::Ok { .. } | Cell::Unpromised { .. }, Cell::Fail(_)) => true,
+            (Cell::Unpromised { error: correct, level, .. }, Cell::Unpromised { error: wrong, .. }) => {
+                *wrong > correct + level
+            }
+            _ => false,
+        };
+        is_told || self.says_nothing()
     }
 
-    /// One word or three: a rung that the correct technique fails too proves nothing about the mutant.
+    /// One word or three: a rung that the correct technique fails too proves nothing about the mutant, nor does one at which the
+    /// mode's own error hides it.
     pub fn verdict(&self) -> &'static str {
         match (&self.correct, &self.mutant) {
             _ if self.says_nothing() => "unsupported",
             _ if self.is_rejected() => "rejected",
             (Cell::Fail(_), _) => "CORRECT ONE FAILS",
+            (Cell::Unpromised { .. }, _) => "NOT PROVEN",
             _ => "SURVIVES",
         }
     }
@@ -86,20 +95,14 @@ impl MutantResult {
     }
 }
 
-/// Runs every mutant of the reference and of each technique on its rung. `progress` is told what comes next.
-pub fn run_mutants(techniques: &[&dyn Technique], progress: &mut dyn FnMut(&str)) -> Vec<MutantResult> {
+/// Runs every mutant of each contender on its rung, beside the contender itself. `progress` is told what comes next.
+pub fn run_mutants(contenders: &[Contender<'_>], progress: &mut dyn FnMut(&str)) -> Vec<MutantResult> {
     let mut results = Vec::new();
-    let contenders = Contender::all(techniques);
     for fault in Fault::ALL {
         progress(fault.name());
         let outcomes = contenders.iter().map(|correct| {
             let mutant = Mutant { good: correct.technique(), fault };
-            let mutant = if correct.is_reference() {
-                Contender::Exact(&mutant)
-            } else {
-                Contender::Technique(&mutant)
-            };
-            outcome(fault.rung(), correct, &mutant)
+            outcome(fault.rung(), correct, &correct.judged_alike(&mutant))
         });
         results.push(MutantResult {
             name: fault.name(),
@@ -143,4 +146,25 @@ fn outcome(rung: (&str, &str), correct: &Contender<'_>, mutant: &Contender<'_>) 
 
 fn row((group, name): (&str, &str)) -> Option<StressRow> {
     all_rows().into_iter().find(|row| row.group == group && row.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mutant_of_a_mode_without_a_promise_must_be_further_off_than_the_mode_itself() {
+        let off_by = |error: f64| Cell::Unpromised { error, level: 0.01, why: String::new() };
+        let verdict = |correct: Cell, mutant: Cell| {
+            let outcome = MutantOutcome { method: "m", correct, mutant };
+            (outcome.is_rejected(), outcome.verdict())
+        };
+        assert_eq!(verdict(off_by(0.2), off_by(0.25)), (true, "rejected"));
+        assert_eq!(verdict(off_by(0.2), off_by(0.205)), (false, "NOT PROVEN"));
+        assert_eq!(verdict(off_by(0.2), off_by(0.1)), (false, "NOT PROVEN"));
+        // A rule that is broken tells it, however far the mode is off.
+        assert_eq!(verdict(off_by(0.2), Cell::fault("NaN")), (true, "rejected"));
+        assert_eq!(verdict(Cell::Ok { error: 0.0 }, Cell::Ok { error: 1.0 }), (false, "SURVIVES"));
+        assert_eq!(verdict(Cell::fault("x"), Cell::fault("x")), (false, "CORRECT ONE FAILS"));
+    }
 }

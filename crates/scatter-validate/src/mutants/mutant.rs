@@ -54,6 +54,15 @@ impl Technique for Mutant<'_> {
     ) -> Result<Estimate, NoEstimate> {
         self.good.estimate(target, overrides, outlook)
     }
+
+    fn bytes_of_own_maps(
+        &self,
+        target: Target,
+        overrides: &[(&str, &str)],
+        facts: &SceneFacts,
+    ) -> Result<u64, OptionError> {
+        self.good.bytes_of_own_maps(target, overrides, facts)
+    }
 }
 
 struct Instance {

@@ -47,6 +47,12 @@ fn verdict(outcome: &MutantOutcome) -> String {
         (Cell::Ok { error }, Cell::Fail(Miss { error: wrong, .. })) if wrong.is_finite() => {
             format!("rejected {wrong:.0e} ({error:.0e})")
         }
+        (Cell::Unpromised { error, .. }, Cell::Unpromised { error: wrong, .. }) => {
+            format!("rejected {wrong:.0e} ({error:.0e})")
+        }
+        (Cell::Unpromised { error, .. }, Cell::Fail(Miss { error: wrong, .. })) if wrong.is_finite() => {
+            format!("rejected {wrong:.0e} ({error:.0e})")
+        }
         _ => "rejected".into(),
     }
 }

@@ -258,7 +258,11 @@ mod tests {
         ];
         let result =
             StressResult { group: "maps", name: "1x1 <texel>".into(), size: [3, 2], map_side: 1, cells };
-        let section = StressSection { results: vec![result], methods: vec!["a", "b", "c"] };
+        let section = StressSection {
+            results: vec![result],
+            methods: vec!["a", "b", "c"],
+            modes: vec!["b with k=v".into()],
+        };
         report.add_section("Stress matrix", Section::Stress(section));
         report.add_section("Text & more", Section::Text("a < b\n".into()));
         report.add_setting("level", "game".into());

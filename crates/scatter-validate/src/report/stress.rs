@@ -14,12 +14,15 @@ pub struct StressSection {
     pub results: Vec<StressResult>,
     /// Ids of the columns.
     pub methods: Vec<&'static str>,
+    /// Those of them that have options by hand, with these: `filtered-prefix with fetch=bilinear`.
+    pub modes: Vec<String>,
 }
 
 /// What the colours mean: class of a cell, and words.
-const KEY: [(&str, &str); 6] = [
+const KEY: [(&str, &str); 7] = [
     ("ok", "ok, error below 1e-3"),
     ("near", "ok, error of 1e-3 and more"),
+    ("unpromised", "~: off by so much in a mode that promises no error"),
     ("unsupported", "unsupported: said before any work"),
     ("refused", "refused: bad input that the model itself turns down"),
     ("not-run", "not run: cannot be tried here"),
@@ -42,6 +45,9 @@ impl StressSection {
              pixel’s unoccluded value: the largest one of shadow-map truth, p99 or RMS of a technique at its finest \
              setting.",
         );
+        if !self.modes.is_empty() {
+            page.paragraph(&format!("Options by hand: {}.", self.modes.join("; ")));
+        }
         page.fragment(&self.grid());
         let remarks = remarks(&self.results, &self.methods);
         if !remarks.is_empty() {
@@ -95,6 +101,7 @@ fn class(cell: &Cell) -> &'static str {
     match cell {
         Cell::Ok { error } if *error < 1e-3 => "ok",
         Cell::Ok { .. } => "near",
+        Cell::Unpromised { .. } => "unpromised",
         Cell::Unsupported(_) => "unsupported",
         Cell::Refused(_) => "refused",
         Cell::NotRun(_) => "not-run",

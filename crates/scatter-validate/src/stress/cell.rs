@@ -10,6 +10,15 @@ pub enum Cell {
         /// The figure that was judged.
         error: f64,
     },
+    /// Off by so much in a mode that promises no error, and nothing else is wrong with it.
+    Unpromised {
+        /// The figure that is judged elsewhere.
+        error: f64,
+        /// What it is held against where there is a promise.
+        level: f64,
+        /// Why there is none.
+        why: String,
+    },
     /// The technique said beforehand that it cannot.
     Unsupported(String),
     /// Bad input was refused with a message that says what is wrong.
@@ -51,6 +60,7 @@ impl Cell {
         match self {
             Self::Ok { error } if *error == 0.0 => "ok".into(),
             Self::Ok { error } => format!("ok {error:.1e}"),
+            Self::Unpromised { error, .. } => format!("~ {error:.1e}"),
             Self::Unsupported(_) => "unsupported".into(),
             Self::Refused(_) => "refused".into(),
             Self::NotRun(_) => "not run".into(),
@@ -64,6 +74,9 @@ impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Ok { error } => write!(f, "ok {error:.2e}"),
+            Self::Unpromised { error, why, .. } => {
+                write!(f, "off by {error:.2e}, no error is promised: {why}")
+            }
             Self::Unsupported(reason) => write!(f, "unsupported: {reason}"),
             Self::Refused(message) => write!(f, "refused: {message}"),
             Self::NotRun(reason) => write!(f, "not run: {reason}"),

@@ -28,7 +28,8 @@ impl Limit {
         }
     }
 
-    fn share(self) -> f64 {
+    /// What is allowed.
+    pub fn share(self) -> f64 {
         match self {
             Self::Largest(share) | Self::Film(share) => share,
         }
@@ -40,18 +41,67 @@ const TRANSMITTANCE: f64 = 1e-5;
 
 /// The cell of an image that should be `expected`, from input whose ray ends are good to a share of `input`.
 pub fn judged(image: &ScatterImage, size: [u32; 2], expected: &Expected, limit: Limit, input: f64) -> Cell {
-    if image.size() != size {
-        let ([w, h], [we, he]) = (image.size(), size);
-        return Cell::fault(format!("the image is {w}x{h} instead of {we}x{he}"));
-    }
-    if let Some(fault) = first_insane(image) {
+    if let Some(fault) = meaningless(image, size) {
         return Cell::fault(fault);
     }
     let errors = errors(image.inscattered(), &expected.radiance, &expected.scale, |error| error.abs());
     let cell = from_errors(&errors, size, limit);
-    if matches!(cell, Cell::Fail(_)) {
+    if cell.has_failed() { cell } else { wrong_transmittance(image, size, expected, input).unwrap_or(cell) }
+}
+
+/// Why an image is held to no error, and whether it may be brighter than with all of the light.
+pub struct NoPromise {
+    /// What the mode says.
+    pub why: String,
+    /// Whether no share of light is in it that would have to be at most 1.
+    pub may_be_brighter: bool,
+}
+
+/// The cell of an image of a mode that promises no error: it means something, nothing is brighter than with all of the light,
+/// transmittance is right, and the error that `limit` would have judged is told.
+pub fn unpromised(
+    image: &ScatterImage,
+    size: [u32; 2],
+    expected: &Expected,
+    (limit, input): (Limit, f64),
+    NoPromise { why, may_be_brighter }: NoPromise,
+) -> Cell {
+    if let Some(fault) = meaningless(image, size) {
+        return Cell::fault(fault);
+    }
+    let above = errors(image.inscattered(), &expected.scale, &expected.scale, |error| error.max(0.0));
+    if let Cell::Fail(miss) = from_errors(&above, size, Limit::Largest(CLOSED_FORM + input))
+        && !may_be_brighter
+    {
+        return Cell::Fail(Miss { figure: "above the unoccluded value by", ..miss });
+    }
+    if let Some(cell) = wrong_transmittance(image, size, expected, input) {
         return cell;
     }
+    let errors = errors(image.inscattered(), &expected.radiance, &expected.scale, |error| error.abs());
+    let error = match from_errors(&errors, size, limit) {
+        Cell::Fail(Miss { error, .. }) | Cell::Ok { error } => error,
+        other => return other,
+    };
+    Cell::Unpromised { error, level: limit.share(), why }
+}
+
+/// What no image of this size can mean.
+fn meaningless(image: &ScatterImage, size: [u32; 2]) -> Option<String> {
+    if image.size() != size {
+        let ([w, h], [we, he]) = (image.size(), size);
+        return Some(format!("the image is {w}x{h} instead of {we}x{he}"));
+    }
+    first_insane(image)
+}
+
+/// The failure of a transmittance that is off.
+fn wrong_transmittance(
+    image: &ScatterImage,
+    size: [u32; 2],
+    expected: &Expected,
+    input: f64,
+) -> Option<Cell> {
     let off = image
         .transmittance()
         .iter()
@@ -60,16 +110,16 @@ pub fn judged(image: &ScatterImage, size: [u32; 2], expected: &Expected, limit: 
         .map(|(&t, &e)| (f64::from(t) - e).abs());
     // σ·dD·e^{−σD} is at most dD/(e·D).
     let most = TRANSMITTANCE + input;
-    match worst(&off.collect::<Vec<_>>()) {
-        (index, error) if error > most => Cell::Fail(Miss {
+    let (index, error) = worst(&off.collect::<Vec<_>>());
+    (error > most).then(|| {
+        Cell::Fail(Miss {
             figure: "transmittance",
             error,
             limit: most,
             pixel: Some(pixel(index, size)),
             what: String::new(),
-        }),
-        _ => cell,
-    }
+        })
+    })
 }
 
 /// `size_of(T − R) / scale` of every pixel and channel, channel fastest. Where both are equal it is 0, whatever the
@@ -188,6 +238,31 @@ mod tests {
         opaque.transmittance[4] = [0.5; 3];
         let Cell::Fail(miss) = judged(&image(size, |_, _| 1.0), size, &opaque, limit, 0.0) else { panic!() };
         assert_eq!((miss.figure, miss.pixel), ("transmittance", Some([1, 1])));
+    }
+
+    #[test]
+    fn without_a_promise_an_error_is_told_and_everything_else_is_held_to() {
+        let size = [3, 2];
+        let half = expected(size, 0.5, 1.0);
+        let cell = |image: &ScatterImage, expected: &Expected| {
+            let no_promise = NoPromise { why: "why not".into(), may_be_brighter: false };
+            unpromised(image, size, expected, (Limit::Film(0.01), 0.0), no_promise)
+        };
+        // 0.3 of the unoccluded value everywhere.
+        let Cell::Unpromised { error, level, why } = cell(&image(size, |_, _| 0.8), &half) else { panic!() };
+        assert!((error - 0.3).abs() < 1e-6 && level == 0.01 && why == "why not", "{error}");
+        let Cell::Unpromised { error, .. } = cell(&image(size, |_, _| 0.5), &half) else { panic!() };
+        assert_eq!(error, 0.0);
+        // All of the light, rounded up, and more than all of it.
+        let brighter = |value: f32| image(size, move |x, y| if (x, y) == (2, 1) { value } else { 0.5 });
+        assert!(matches!(cell(&brighter(1.00001), &half), Cell::Unpromised { .. }));
+        let Cell::Fail(miss) = cell(&brighter(1.001), &half) else { panic!() };
+        assert_eq!((miss.figure, miss.pixel), ("above the unoccluded value by", Some([2, 1])));
+        assert!(cell(&brighter(f32::NAN), &half).has_failed());
+        assert!(cell(&brighter(-1e-9), &half).has_failed());
+        let mut opaque = half;
+        opaque.transmittance[0] = [0.5; 3];
+        assert!(cell(&image(size, |_, _| 0.5), &opaque).has_failed());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The stress matrix: techniques × extremes (MODEL.md's extremes, what engines hand over, the laws, the rules of the
-//! house). A cell is a number within its tolerance, a reason given before any work, or a failure; every image keeps its
-//! technique's bound of memory.
+//! house). A cell is a number within its tolerance, a number of a mode that promises none ([`Contender::no_promise`]), a reason
+//! given before any work, or a failure; every image keeps its technique's bound of memory.
 //!
 //! Expected values are closed forms: published ones, formulas, and the brute-force image of
 //! [`texel_cells`](crate::texel_cells), which judges shadow-map truth to rounding and every technique by what its finest
@@ -25,8 +25,8 @@ use crate::contender::Contender;
 use crate::scenario::Scenario;
 use crate::texel_cells::Expected;
 use crate::tolerance::Tolerances;
-use cell::Cell;
-use judge::{Limit, errors, from_errors, judged};
+use cell::{Cell, Miss};
+use judge::{Limit, NoPromise, errors, from_errors, judged, unpromised};
 use row::{Expectation, ImageTrial, Law, Relation, StressRow, Trial};
 
 /// A row that was run.
@@ -110,20 +110,41 @@ fn cell_of((group, trial): (&str, &Trial), expected: Option<&Expected>, contende
 
 fn image_cell((group, trial): (&str, &ImageTrial), expected: &Expected, contender: &Contender<'_>) -> Cell {
     let scenario = &trial.scenario;
+    let tolerances = match Tolerances::built_in() {
+        Ok(tolerances) => tolerances,
+        Err(error) => return Cell::fault(error.to_string()),
+    };
     let limit = if contender.is_reference() {
         Limit::Largest(trial.reference_tolerance)
     } else {
-        let is_plain = !scenario.casts_shadow() && scenario.glass.is_none() && scenario.smoke.is_none();
-        let own = match Tolerances::built_in() {
-            Ok(tolerances) => tolerances.stress_limit(contender.id(), group).filter(|_| !is_plain),
-            Err(error) => return Cell::fault(error.to_string()),
-        };
-        own.map_or_else(|| Limit::of_technique(!is_plain, 1, trial.reference_tolerance), Limit::Film)
+        let own = tolerances.stress_limit(contender.id(), group).filter(|_| !is_plain(scenario));
+        own.map_or_else(
+            || Limit::of_technique(!is_plain(scenario), 1, trial.reference_tolerance),
+            Limit::Film,
+        )
     };
-    match render(contender, scenario) {
-        Ok(image) => judged(&image, scenario.size(), expected, limit, trial.reference_tolerance),
-        Err(cell) => cell,
+    let (size, input) = (scenario.size(), trial.reference_tolerance);
+    let may_be_brighter = tolerances.may_be_brighter(contender.id(), group);
+    match (render(contender, scenario), no_promise(contender, scenario, expected)) {
+        (Ok(image), None) => judged(&image, size, expected, limit, input),
+        (Ok(image), Some(why)) => {
+            unpromised(&image, size, expected, (limit, input), NoPromise { why, may_be_brighter })
+        }
+        (Err(cell), _) => cell,
     }
+}
+
+/// Whether nothing is between light and air: then there is nothing but a closed form to be computed.
+fn is_plain(scenario: &Scenario) -> bool {
+    !scenario.casts_shadow() && scenario.glass.is_none() && scenario.smoke.is_none()
+}
+
+/// Why an image is held to no error. Where all is lit, or nothing is, there is nothing to be off by: that is held to in every mode.
+fn no_promise(contender: &Contender<'_>, scenario: &Scenario, expected: &Expected) -> Option<String> {
+    if is_plain(scenario) || expected.is_even() {
+        return None;
+    }
+    scenario.with_frame(|frame| contender.no_promise(&SceneFacts::of(frame))).ok().flatten()
 }
 
 /// The image of a scenario, or the cell of what went otherwise.
@@ -133,9 +154,10 @@ fn render(contender: &Contender<'_>, scenario: &Scenario) -> Result<ScatterImage
 }
 
 fn render_frame(contender: &Contender<'_>, frame: &Frame<'_>) -> Result<ScatterImage, Cell> {
-    let mut instance = contender
-        .instance(&SceneFacts::of(frame))
-        .map_err(|error| Cell::fault(format!("cannot be configured: {error}")))?;
+    let facts = SceneFacts::of(frame);
+    let unfit = |error| Cell::fault(format!("cannot be configured: {error}"));
+    let mut instance = contender.instance(&facts).map_err(unfit)?;
+    let most = contender.most_bytes(frame, &facts, parallel::worker_count()).map_err(unfit)?;
     if let Err(unsupported) = instance.supports(frame) {
         return Err(match agreement(instance.as_mut(), frame) {
             Ok(()) => Cell::Unsupported(unsupported.reason.into()),
@@ -146,7 +168,6 @@ fn render_frame(contender: &Contender<'_>, frame: &Frame<'_>) -> Result<ScatterI
     let before = bytes_of_this_thread();
     match instance.render(frame, &mut image) {
         Ok(stats) => {
-            let most = contender.technique().info().memory.most_bytes(frame, parallel::worker_count());
             if stats.memory_bytes > most {
                 return Err(Cell::fault(format!("holds {} bytes, at most {most}", stats.memory_bytes)));
             }
@@ -192,5 +213,17 @@ fn relation_cell(relation: &Relation, expected: &Expected, contender: &Contender
         Limit::of_technique(second.casts_shadow(), 2, *reference_tolerance)
     };
     // A longer or less occluded ray's own unoccluded value is the larger one; either bounds the promise.
-    from_errors(&errors(second_image.inscattered(), &bound, &expected.scale, size_of), second.size(), limit)
+    let cell = from_errors(
+        &errors(second_image.inscattered(), &bound, &expected.scale, size_of),
+        second.size(),
+        limit,
+    );
+    match (cell, no_promise(contender, second, expected)) {
+        // Scaling and motion change no choice; a reflection may turn the surface between texels, and what is interpolated may
+        // grow where something is taken away.
+        (Cell::Ok { error } | Cell::Fail(Miss { error, .. }), Some(why)) if *law != Law::Same => {
+            Cell::Unpromised { error, level: limit.share(), why }
+        }
+        (cell, _) => cell,
+    }
 }

@@ -1,5 +1,5 @@
 //! The stress matrix as text: one line a row under the heading of its group, a column a technique, and what a FAIL or
-//! an `unsupported` means below. At most 110 columns.
+//! an `unsupported` means, and why a mode promises no error, below. At most 110 columns.
 
 use std::fmt::Write;
 
@@ -41,7 +41,7 @@ pub fn table(results: &[StressResult], methods: &[&str]) -> String {
     text
 }
 
-/// One line for every FAIL, and one a technique and reason for what is unsupported or was not run.
+/// One line for every FAIL, and one a technique and reason for what is unsupported, was not run, or promises no error.
 pub fn remarks(results: &[StressResult], methods: &[&str]) -> String {
     let mut text = String::new();
     let mut reasons: Vec<(&str, String, u32)> = Vec::new();
@@ -51,8 +51,11 @@ pub fn remarks(results: &[StressResult], methods: &[&str]) -> String {
                 Cell::Fail(miss) => {
                     let _ = writeln!(text, "FAIL {method} on {}: {}: {miss}", row.group, row.name);
                 }
-                Cell::Unsupported(_) | Cell::NotRun(_) => {
-                    let reason = cell.to_string();
+                Cell::Unsupported(_) | Cell::NotRun(_) | Cell::Unpromised { .. } => {
+                    let reason = match cell {
+                        Cell::Unpromised { why, .. } => format!("no error is promised: {why}"),
+                        _ => cell.to_string(),
+                    };
                     match reasons.iter_mut().find(|(m, r, _)| m == method && *r == reason) {
                         Some((_, _, count)) => *count += 1,
                         None => reasons.push((method, reason, 1)),
@@ -72,8 +75,12 @@ pub fn remarks(results: &[StressResult], methods: &[&str]) -> String {
 pub fn summary(results: &[StressResult]) -> String {
     let cells = || results.iter().flat_map(|row| &row.cells).map(|(cell, _)| cell);
     let count = |is: fn(&Cell) -> bool| cells().filter(|cell| is(cell)).count();
+    let unpromised = match count(|cell| matches!(cell, Cell::Unpromised { .. })) {
+        0 => String::new(),
+        some => format!("{some} without a promise, "),
+    };
     format!(
-        "{} rows, {} cells: {} ok, {} refused, {} unsupported, {} not run, {} FAIL",
+        "{} rows, {} cells: {} ok, {unpromised}{} refused, {} unsupported, {} not run, {} FAIL",
         results.len(),
         cells().count(),
         count(|cell| matches!(cell, Cell::Ok { .. })),
@@ -118,5 +125,18 @@ mod tests {
         assert!(text.contains("FAIL filtered-prefix on group: short: nan"), "{text}");
         assert!(text.contains("raymarch, 2 rows: unsupported: why"), "{text}");
         assert!(summary(&results).ends_with("8 cells: 4 ok, 0 refused, 2 unsupported, 0 not run, 2 FAIL"));
+    }
+    #[test]
+    fn an_error_that_nobody_promised_is_shown_and_its_reason_told_once() {
+        let off = |error| Cell::Unpromised { error, level: 0.01, why: "one fetch a pixel".into() };
+        let results = [result("a", vec![off(0.2)]), result("b", vec![off(0.0)]), result("c", vec![off(0.5)])];
+        let text = table(&results, &["m"]);
+        assert!(text.contains("~ 2.0e-1") && !text.contains("FAIL"), "{text}");
+        assert!(text.contains("m, 3 rows: no error is promised: one fetch a pixel\n"), "{text}");
+        assert!(!results[0].has_failed());
+        assert!(
+            summary(&results)
+                .ends_with("0 ok, 3 without a promise, 0 refused, 0 unsupported, 0 not run, 0 FAIL")
+        );
     }
 }

@@ -34,7 +34,7 @@ pub fn run(flags: &Flags) -> anyhow::Result<Verdict> {
         .filter_map(|method| if let Method::Technique(technique) = method { Some(*technique) } else { None })
         .collect();
     let techniques = if named.is_empty() { TECHNIQUES.to_vec() } else { named };
-    check_options(rendering, &techniques)?;
+    check_options(&rendering.set, &techniques)?;
     let machine = machine_of(flags.machine.as_deref())?;
     let raster = raster_device(&rendering.maps)?;
     let sources = shots(&flags.shots)?;
