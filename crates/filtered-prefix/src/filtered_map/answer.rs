@@ -1,14 +1,15 @@
-//! Pixels answered from a filtered map: where each ray ends in it ([`RayEnds`]), a fetch, and what is made of it ([`Answer`]).
+//! Pixels answered from a filtered map: where each ray ends in it ([`RayEnds`]), a fetch, and what is made of it ([`MapBasis`]).
 
 use epipolar::driver::Shares;
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f32x16, u32x16};
 use scatter_core::Frame;
 
+use super::basis::MapBasis;
 use super::filter::BESIDE;
 use super::numbers::{EIGHT, Number};
 use super::places::{Places, RayEnds};
-use super::reconstruction::Answer;
+
 use super::references::References;
 use super::row_depths::RowDepths;
 use super::strips::Strip;
@@ -69,7 +70,7 @@ impl<'a> Answers<'a> {
 
     /// Answers the pixels of a strip from its rows' numbers, `[row % kept][reference][column][number]`.
     #[inline(always)]
-    pub fn strip<S: Simd, T: Number>(&self, simd: S, strip: &Strip, numbers: &[T], answer: &impl Answer) {
+    pub fn strip<S: Simd, T: Number>(&self, simd: S, strip: &Strip, numbers: &[T], basis: &impl MapBasis) {
         let [width, height] = self.frame.size().map(|side| side as usize);
         let depth = self.frame.depth().texels();
         let mut pixels = Pixels::default();
@@ -90,12 +91,12 @@ impl<'a> Answers<'a> {
                 (x, pixels.count) = (x + taken, pixels.count + taken);
                 if pixels.count > WAITING {
                     let whole = pixels.count / (2 * LANES) * (2 * LANES);
-                    self.pixels(simd, strip, (&pixels, whole), numbers, answer);
+                    self.pixels(simd, strip, (&pixels, whole), numbers, basis);
                     pixels.shift(whole);
                 }
             }
         }
-        self.pixels(simd, strip, (&pixels, pixels.count), numbers, answer);
+        self.pixels(simd, strip, (&pixels, pixels.count), numbers, basis);
     }
 
     /// Answers the first `count` pixels, twice sixteen at a time.
@@ -106,12 +107,12 @@ impl<'a> Answers<'a> {
         strip: &Strip,
         (pixels, count): (&Pixels, usize),
         numbers: &[T],
-        answer: &impl Answer,
+        basis: &impl MapBasis,
     ) {
         for first in (0..count).step_by(2 * LANES) {
             let (one, depths_of_one) = self.fetched(simd, strip, (pixels, first), numbers);
             let (two, depths_of_two) = self.fetched(simd, strip, (pixels, first + LANES), numbers);
-            let shares = answer.answer(simd, &[one, two], [depths_of_one, depths_of_two]);
+            let shares = basis.shares(simd, &[one, two], [depths_of_one, depths_of_two]);
             let zero = f32x16::splat(simd, 0.0);
             for (half, share) in shares.into_iter().enumerate() {
                 // The series overshoots; NaN is nobody's share.

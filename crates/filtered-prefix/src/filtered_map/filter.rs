@@ -18,7 +18,6 @@ use super::references::{self, References};
 use super::row_depths::{RowDepths, cosine, measure};
 use super::turned::{LANES, by_lane};
 use crate::fourier::harmonics;
-use crate::options::Basis;
 use crate::projective::{OwnMap, Rectification};
 
 /// Most numbers of a texel.
@@ -78,57 +77,27 @@ impl<'a> RowFilter<'a> {
         Self { frame, map, rectification, depths, references, sigma, spot }
     }
 
-    /// Fills the numbers of a row, `[reference][column][number]`; `count` are those of the basis.
+    /// Fills the numbers of a row, `[reference][column][number]`, with means of the powers of depths, scaled to [−1, 1]; sums in f64. A is
+    /// the number of all numbers, P room for them: a power of two.
     #[inline(always)]
-    pub fn fill<S: Simd, T: Number>(
-        &self,
-        simd: S,
-        (basis, count): (Basis, usize),
-        row: usize,
-        numbers: &mut [T],
-    ) {
-        match (basis, count) {
-            (Basis::Moments, 4) => self.moments::<T, 6, 8, _>(simd, row, numbers),
-            (Basis::Moments, 6) => self.moments::<T, 8, 8, _>(simd, row, numbers),
-            (Basis::Moments, _) => self.moments::<T, 10, 16, _>(simd, row, numbers),
-            (Basis::Fourier, _) => self.fourier(row, count, numbers),
-        }
-    }
-
-    /// Means of the powers of depths, scaled to [−1, 1]; sums in f64. A is the number of all numbers, P room for them: a power of two.
-    #[inline(always)]
-    fn moments<T: Number, const A: usize, const P: usize, S: Simd>(
-        &self,
-        vectors: S,
-        row: usize,
-        numbers: &mut [T],
-    ) {
-        // With their number known sums stay in registers.
-        match self.references.count() {
-            1 => self.moments_of::<T, A, P, 1, S>(vectors, row, numbers),
-            2 => self.moments_of::<T, A, P, 2, S>(vectors, row, numbers),
-            _ => self.moments_of::<T, A, P, 3, S>(vectors, row, numbers),
-        }
-    }
-
-    /// The same for R references.
-    #[inline(always)]
-    fn moments_of<T: Number, const A: usize, const P: usize, const R: usize, S: Simd>(
+    pub fn moments<T: Number, const A: usize, const P: usize, S: Simd>(
         &self,
         vectors: S,
         row: usize,
         numbers: &mut [T],
     ) {
         let mut terms = [[0.0f32; P]; LANES];
-        let mut sums = [[0.0f64; A]; R];
-        let mut totals = [0.0f64; R];
-        let mut inverses = [[1.0f64; LANES]; R];
+        let count = self.references.count();
+        let mut sums = [[0.0f64; A]; references::MOST];
+        let mut totals = [0.0f64; references::MOST];
+        let mut inverses = [[1.0f64; LANES]; references::MOST];
         let side = self.map.width() * A;
         self.blocks(
             row,
             #[inline(always)]
             |block| {
-                for ((inverses, weights), total) in inverses.iter_mut().zip(&block.weights).zip(&mut totals) {
+                let own = inverses[..count].iter_mut().zip(&block.weights).zip(&mut totals);
+                for ((inverses, weights), total) in own {
                     for (inverse, &weight) in inverses.iter_mut().zip(&weights[..block.count]) {
                         *total += f64::from(weight);
                         *inverse = *total;
@@ -147,13 +116,12 @@ impl<'a> RowFilter<'a> {
                     numbers_of[k] = numbers_of[k - 1] * z;
                 }
                 by_lane(numbers_of, &mut terms);
-                for inverse in inverses.as_flattened_mut() {
+                for inverse in inverses[..count].as_flattened_mut() {
                     *inverse = 1.0 / *inverse;
                 }
-                let mut own = sums;
                 for (lane, terms) in terms[..block.count].iter().enumerate() {
                     let first = (block.first + lane) * A;
-                    for (reference, sums) in own.iter_mut().enumerate() {
+                    for (reference, sums) in sums[..count].iter_mut().enumerate() {
                         let (weight, inverse) =
                             (f64::from(block.weights[reference][lane]), inverses[reference][lane]);
                         let out = &mut numbers[reference * side + first..][..A];
@@ -163,14 +131,13 @@ impl<'a> RowFilter<'a> {
                         }
                     }
                 }
-                sums = own;
             },
         );
     }
 
-    /// Means of sines and cosines, in turn.
+    /// Fills the numbers of a row with means of sines and cosines, in turn; `count` are those of the basis.
     #[inline(always)]
-    fn fourier<T: Number>(&self, row: usize, count: usize, numbers: &mut [T]) {
+    pub fn fourier<T: Number>(&self, row: usize, count: usize, numbers: &mut [T]) {
         let mut basis = [[0.0f32; LANES]; MOST];
         let mut of_texel = [0.0f32; MOST];
         let mut sums = [[0.0f32; MOST]; references::MOST];

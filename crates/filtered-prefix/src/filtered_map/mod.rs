@@ -8,14 +8,15 @@
 //!
 //! Its cost follows from the picture and the map alone, and so does its memory; it promises nothing. What the crate does by itself
 //! (rows of exact runs, certificates) has none of this map. The paper filters the whole map before the first pixel; here the pixels
-//! of a few rows are answered as soon as those are filtered ([`strips`]), so that numbers are read where they were written, in a CPU's
+//! of a few rows are answered as soon as those are filtered (`strips`), so that numbers are read where they were written, in a CPU's
 //! cache: the same numbers, and a fiftieth of the memory.
 
 mod answer;
+mod basis;
 mod filter;
 mod numbers;
 mod places;
-mod reconstruction;
+
 mod references;
 mod row_depths;
 mod strips;
@@ -31,10 +32,11 @@ use scatter_core::{
 };
 
 use self::answer::Answers;
+use self::basis::{MapBasis, Moments, Series};
 use self::filter::RowFilter;
 use self::numbers::{Number, Numbers};
 use self::places::RowPlaces;
-use self::reconstruction::{Answer, FromMoments, FromSeries};
+
 use self::references::References;
 use self::row_depths::RowDepths;
 use self::strips::Strips;
@@ -93,8 +95,7 @@ impl FilteredMap {
         let a_row = a_texel * map.width();
         let bytes = options.storage.bytes();
         let rows = (map.row_count(), a_row * bytes);
-        let strips =
-            Strips::new(RowPlaces::new(shared), frame.size(), rows, options.fetch != Fetch::Nearest);
+        let strips = Strips::new(RowPlaces::new(shared), frame.size(), rows, options.fetch != Fetch::Nearest);
         let work = Work {
             simd: self.simd,
             filter: RowFilter::new(shared, &self.row_depths, references, sigma),
@@ -126,10 +127,9 @@ impl FilteredMap {
         stats.counts.push("walked pixels", walked);
         stats.push_modelled(&facts);
         let numbers: usize = self.workers.iter().map(|worker| worker.numbers.memory_bytes()).sum();
-        stats.memory_bytes = (numbers
-            + self.row_depths.memory_bytes()
-            + self.shares.memory_bytes()
-            + map.memory_bytes()) as u64;
+        stats.memory_bytes =
+            (numbers + self.row_depths.memory_bytes() + self.shares.memory_bytes() + map.memory_bytes())
+                as u64;
         stats
     }
 }
@@ -167,44 +167,37 @@ impl numbers::Visit for Tasks<'_> {
     fn visit<T: Number>(mut self, numbers: &mut [T]) {
         let Options { basis, coefficients, storage, .. } = *self.work.options;
         match (basis, coefficients) {
-            (Basis::Fourier, count) => self.run(numbers, &FromSeries { count: count as usize }),
-            (Basis::Moments, 4) => self.run(numbers, &FromMoments::<2, 8>::new(storage)),
-            (Basis::Moments, 6) => self.run(numbers, &FromMoments::<3, 8>::new(storage)),
-            (Basis::Moments, _) => self.run(numbers, &FromMoments::<4, 16>::new(storage)),
+            (Basis::Fourier, count) => self.run(numbers, &Series { count: count as usize }),
+            (Basis::Moments, 4) => self.run(numbers, &Moments::<2, 6, 8>::new(storage)),
+            (Basis::Moments, 6) => self.run(numbers, &Moments::<3, 8, 8>::new(storage)),
+            (Basis::Moments, _) => self.run(numbers, &Moments::<4, 10, 16>::new(storage)),
         }
     }
 }
 
 impl Tasks<'_> {
-    fn run<T: Number>(&mut self, numbers: &mut [T], answer: &impl Answer) {
+    fn run<T: Number>(&mut self, numbers: &mut [T], basis: &impl MapBasis) {
         loop {
             let task = self.work.next.fetch_add(1, Ordering::Relaxed);
             if task >= self.work.strips.task_count() {
                 break;
             }
-            at_level!(self.work.simd, vectors => self.task(vectors, task, numbers, answer));
+            at_level!(self.work.simd, vectors => self.task(vectors, task, numbers, basis));
         }
     }
 
     #[inline(always)]
-    fn task<S: Simd, T: Number>(
-        &mut self,
-        simd: S,
-        task: usize,
-        numbers: &mut [T],
-        answer: &impl Answer,
-    ) {
-        let Work { filter, answers, strips, a_row, options, .. } = self.work;
-        let basis = (options.basis, options.coefficients as usize);
+    fn task<S: Simd, T: Number>(&mut self, simd: S, task: usize, numbers: &mut [T], basis: &impl MapBasis) {
+        let Work { filter, answers, strips, a_row, .. } = self.work;
         let mut clock = StageClock::start();
         for strip in strips.of_task(task) {
             let [first, end] = strip.missing;
             for row in first..end {
                 let numbers = &mut numbers[row % strips.kept() * a_row..][..*a_row];
-                filter.fill(simd, basis, row, numbers);
+                basis.filter(simd, filter, row, numbers);
             }
             *self.times[0] += clock.restart();
-            answers.strip(simd, &strip, numbers, answer);
+            answers.strip(simd, &strip, numbers, basis);
             *self.times[1] += clock.restart();
         }
     }

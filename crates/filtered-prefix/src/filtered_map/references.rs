@@ -109,12 +109,7 @@ impl References {
     /// The normalised weights of rays of an optical depth τ lie between those of two others about as `1/(1 + τ/6)` does: linear in τ
     /// where it is small, in the mean way `1/τ` where it is large.
     #[inline(always)]
-    pub fn blend<S: Simd>(
-        &self,
-        simd: S,
-        at: f32x16<S>,
-        ways: f32x16<S>,
-    ) -> (mask32x16<S>, f32x16<S>) {
+    pub fn blend<S: Simd>(&self, simd: S, at: f32x16<S>, ways: f32x16<S>) -> (mask32x16<S>, f32x16<S>) {
         let of = |value: f32| f32x16::splat(simd, value);
         let [a, b, c] = self.knots.map(of);
         // With two there is nothing beyond the second, with one nothing beyond the first.

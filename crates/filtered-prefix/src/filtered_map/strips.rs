@@ -92,10 +92,7 @@ impl Strips {
                 end,
                 missing: [row + shared, needed.min(self.map_rows)],
                 width: self.size[0],
-                borders: [
-                    (row > 0).then(|| self.border(row)),
-                    (end < self.firsts).then(|| self.border(end)),
-                ],
+                borders: [(row > 0).then(|| self.border(row)), (end < self.firsts).then(|| self.border(end))],
             }
         })
     }

@@ -11,11 +11,7 @@ use fearless_simd::{f32x16, f64x8};
 
 /// Numbers side by side, with their limits.
 pub trait Lanes<S: Simd>:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
     /// Smallest pivot of the Hankel matrix: far below the smallest bias, and where it can be above the rounding.
     const LEAST_PIVOT: f64;

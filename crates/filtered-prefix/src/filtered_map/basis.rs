@@ -1,20 +1,24 @@
-//! From the numbers that pixels fetched to their lit shares: a dot product of a series, or the bounds of a few moments.
+//! The bases of a filtered map: what is kept of a row, and how pixels' shares follow from what they fetched, by a dot product of a
+//! series, or the bounds of a few moments.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, f64x8};
 
 use super::answer::Fetched;
-use super::filter::{BESIDE, MARGIN, MOST, place};
+use super::filter::{BESIDE, MARGIN, MOST, RowFilter, place};
 use super::numbers::{EIGHT, Number};
 use super::turned::{LANES, by_number};
 use crate::fourier::harmonics;
 use crate::moments::{Lanes, MOST_POWERS, Two, bias_of, mass_below};
 use crate::storage::Storage;
 
-/// Turns fetched numbers into shares.
-pub trait Answer: Sync {
+/// A basis: what of a row is kept for it, and how fetched numbers are turned into shares.
+pub trait MapBasis: Sync {
+    /// Fills the numbers of a row.
+    fn filter<S: Simd, T: Number>(&self, simd: S, filter: &RowFilter<'_>, row: usize, numbers: &mut [T]);
+
     /// The shares of twice sixteen pixels whose depths among the row's view rays are given; the series' may lie outside of 0 to 1.
-    fn answer<S: Simd, T: Number>(
+    fn shares<S: Simd, T: Number>(
         &self,
         simd: S,
         fetched: &[Fetched<'_, T>; 2],
@@ -24,13 +28,18 @@ pub trait Answer: Sync {
 
 /// From a Fourier series of so many coefficients (Klehm et al. 2014, Listing 4, with `1 − e^{−dσ}` in the closed form that the share is
 /// multiplied by).
-pub struct FromSeries {
+pub struct Series {
     pub count: usize,
 }
 
-impl Answer for FromSeries {
+impl MapBasis for Series {
     #[inline(always)]
-    fn answer<S: Simd, T: Number>(
+    fn filter<S: Simd, T: Number>(&self, _: S, filter: &RowFilter<'_>, row: usize, numbers: &mut [T]) {
+        filter.fourier(row, self.count, numbers);
+    }
+
+    #[inline(always)]
+    fn shares<S: Simd, T: Number>(
         &self,
         simd: S,
         fetched: &[Fetched<'_, T>; 2],
@@ -44,14 +53,9 @@ impl Answer for FromSeries {
     }
 }
 
-impl FromSeries {
+impl Series {
     #[inline(always)]
-    fn sixteen<S: Simd, T: Number>(
-        &self,
-        simd: S,
-        fetched: &Fetched<'_, T>,
-        depths: f32x16<S>,
-    ) -> f32x16<S> {
+    fn sixteen<S: Simd, T: Number>(&self, simd: S, fetched: &Fetched<'_, T>, depths: f32x16<S>) -> f32x16<S> {
         let count = self.count + BESIDE;
         let mut of_pixel = [0.0f32; MOST + EIGHT];
         let mut means = [[0.0f32; LANES]; MOST + BESIDE];
@@ -83,12 +87,13 @@ impl FromSeries {
     }
 }
 
-/// From moments (Peters et al. 2016): N is half their number, P room for the numbers of a reference, a power of two.
-pub struct FromMoments<const N: usize, const P: usize> {
+/// From moments (Peters et al. 2016): N is half their number, A all numbers of a texel, P room for
+/// them, a power of two.
+pub struct Moments<const N: usize, const A: usize, const P: usize> {
     bias: f64,
 }
 
-impl<const N: usize, const P: usize> FromMoments<N, P> {
+impl<const N: usize, const A: usize, const P: usize> Moments<N, A, P> {
     /// Of moments that are kept in a storage.
     pub fn new(storage: Storage) -> Self {
         let bias = bias_of(2 * N as u32);
@@ -99,9 +104,14 @@ impl<const N: usize, const P: usize> FromMoments<N, P> {
     }
 }
 
-impl<const N: usize, const P: usize> Answer for FromMoments<N, P> {
+impl<const N: usize, const A: usize, const P: usize> MapBasis for Moments<N, A, P> {
     #[inline(always)]
-    fn answer<S: Simd, T: Number>(
+    fn filter<S: Simd, T: Number>(&self, simd: S, filter: &RowFilter<'_>, row: usize, numbers: &mut [T]) {
+        filter.moments::<T, A, P, S>(simd, row, numbers);
+    }
+
+    #[inline(always)]
+    fn shares<S: Simd, T: Number>(
         &self,
         simd: S,
         fetched: &[Fetched<'_, T>; 2],
