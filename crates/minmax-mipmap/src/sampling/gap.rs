@@ -23,6 +23,8 @@ pub struct GapPass<'a> {
     pub frame: &'a Frame<'a>,
     /// Where shares go.
     pub shares: &'a Shares,
+    /// What pixels would have without a shadow; `None` where every ray sees light.
+    pub lights: Option<&'a [f32]>,
     /// Which pixels are found from slices.
     pub lattice: Lattice,
     /// Channels whose shares differ, 1 or 3.
@@ -90,7 +92,7 @@ impl GapPass<'_> {
                 let part = ((row as f32 - line) * per_gap + half).clamp(0.0, 1.0);
                 let place = at_column + row as usize * strides[1];
                 let end = depth[place].min(limit);
-                if end >= alike[0] && end <= alike[1] {
+                if self.lights.is_none() && end >= alike[0] && end <= alike[1] {
                     let between = own.columns.shares[..self.channels].iter().zip(&next.columns.shares);
                     for (channel, (own, next)) in between.enumerate() {
                         let (one, other) = (own[offset], next[offset]);
@@ -104,26 +106,37 @@ impl GapPass<'_> {
         count
     }
 
-    /// Fills one pixel by the weights of the four samples beside it; `false` if it is to be marched.
+    /// Fills one pixel by the weights of the four samples beside it, around a spot times their light; `false` if it is to be marched.
     #[inline(never)]
     fn fill_by_depth(&self, sides: [&Side; 2], offset: usize, place: usize, end: f32, part: f32) -> bool {
+        if self.lights.is_some_and(|lights| lights[place] == 0.0) {
+            (0..self.channels).for_each(|channel| self.shares.put(place, channel, 0.0));
+            return true;
+        }
         let pairs = sides.map(|side| side.columns.pair(&side.samples, offset));
         let samples = sides.map(|side| &side.samples);
         let ends = [pairs[0].ends[0], pairs[0].ends[1], pairs[1].ends[0], pairs[1].ends[1]];
         let across = [1.0 - part, part];
+        let mut lights = [1.0f32; 4];
         let mut weights = [0.0f32; 4];
-        let mut sum = 0.0;
+        let (mut served, mut sum) = (0.0, 0.0);
         for tap in 0..4 {
             let bilinear = across[tap / 2] * pairs[tap / 2].parts[tap % 2];
-            weights[tap] = bilinear * weight(end, ends[tap], self.threshold);
+            let own = bilinear * weight(end, ends[tap], self.threshold);
+            if self.lights.is_some() {
+                let index = pairs[tap / 2].indices[tap % 2];
+                lights[tap] = samples[tap / 2].lights.get(index).copied().unwrap_or(0.0);
+            }
+            served += if lights[tap] > 0.0 { own } else { 0.0 };
+            weights[tap] = own * lights[tap];
             sum += weights[tap];
         }
-        if !(sum >= LEAST_WEIGHT) {
+        if !(served >= LEAST_WEIGHT && sum > 0.0) {
             if self.correction {
                 return false;
             }
             weights = [0.0; 4];
-            weights[nearest(end, &ends, samples)] = 1.0;
+            weights[nearest(end, &ends, &lights, samples)] = 1.0;
             sum = 1.0;
         }
         for channel in 0..self.channels {
@@ -140,14 +153,15 @@ impl GapPass<'_> {
     }
 }
 
-/// The sample whose ray ends nearest.
+/// The sample whose ray ends nearest, of those that see light if there are any.
 #[inline(always)]
-fn nearest(end: f32, ends: &[f32; 4], samples: [&LineSamples; 2]) -> usize {
+fn nearest(end: f32, ends: &[f32; 4], lights: &[f32; 4], samples: [&LineSamples; 2]) -> usize {
     let mut best = (0, f32::NEG_INFINITY);
     for (tap, &other) in ends.iter().enumerate() {
         if samples[tap / 2].count > 0 {
             // How near they are, as a quotient: endless rays are as near as can be.
             let near = if end == other { 1.0 } else { end.min(other) / end.max(other) };
+            let near = if lights[tap] > 0.0 { near } else { -1.0 };
             if near > best.1 {
                 best = (tap, near);
             }

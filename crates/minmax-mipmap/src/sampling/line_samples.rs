@@ -44,6 +44,8 @@ pub struct LineSamples {
     pub lit: [Vec<f32>; 3],
     /// As above.
     pub whole: [Vec<f32>; 3],
+    /// Around a spot, the light of each without a shadow, as a weight; empty where every ray sees light.
+    pub lights: Vec<f32>,
     /// Whether the surface in which a marched sample's ray ends is lit.
     pub ends_lit: Flags,
     /// Samples behind which an edge follows.
@@ -135,6 +137,8 @@ impl LineSamples {
         self.ends.reserve(count);
         self.rays.clear();
         self.rays.reserve(count);
+        self.lights.clear();
+        self.lights.reserve(count);
         for buffers in [&mut self.shares, &mut self.lit, &mut self.whole] {
             for buffer in &mut buffers[..channels] {
                 buffer.clear();
@@ -162,6 +166,7 @@ impl LineSamples {
         let stretch = (1.0 + slice.slope * slice.slope).sqrt();
         let pixels = (span[1] - span[0]) * stretch;
         self.count = 0;
+        self.lights.clear();
         if !(pixels > 0.0) {
             return;
         }
@@ -251,6 +256,19 @@ impl LineSamples {
             let [near, far] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
             // Two endless rays do not differ.
             self.edges.set(index, near < far && far - near > threshold * near);
+        }
+    }
+
+    /// Whether a sample would see light if nothing cast a shadow.
+    #[inline(always)]
+    pub fn sees_light(&self, index: usize) -> bool {
+        self.lights.get(index).is_none_or(|&light| light > 0.0)
+    }
+
+    /// Adds the edges between samples that see light and others that see none.
+    pub fn find_rims(&mut self) {
+        for (index, pair) in self.lights.windows(2).enumerate() {
+            self.edges.set(index, (pair[0] > 0.0) != (pair[1] > 0.0));
         }
     }
 
@@ -367,7 +385,9 @@ impl LineSamples {
             .iter()
             .map(|flags| flags.0.capacity())
             .sum();
-        4 * (values + self.ends.capacity()) + 8 * flags + self.rays.capacity() * size_of::<SliceRay>()
+        4 * (values + self.ends.capacity() + self.lights.capacity())
+            + 8 * flags
+            + self.rays.capacity() * size_of::<SliceRay>()
     }
 }
 

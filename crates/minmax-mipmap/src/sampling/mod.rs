@@ -6,6 +6,7 @@
 //! line_columns   samples by the columns of their fan                            Section 6.6
 //! gap            pixels between two slices, by bilateral weights                Section 6.6
 //! pass           pixels that no sample serves, by their own rays                Section 6.7
+//! pixel_lights   which rays of a spot see light at all
 //! upscale        from one pixel in 2×2 or 4×4 to all of them                    Section 6.8
 //! ```
 //!
@@ -23,6 +24,7 @@ mod lattice;
 mod line_columns;
 mod line_samples;
 mod pass;
+mod pixel_lights;
 mod upscale;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -36,6 +38,7 @@ use scatter_core::{Frame, Level, RenderStats, ScatterImage, SceneFacts, StageClo
 use crate::options::Options;
 use lattice::Lattice;
 use pass::{SamplingPass, Worker};
+use pixel_lights::PixelLights;
 use upscale::UpscalePass;
 
 pub use line_samples::{Flags, LineSamples, SampleSettings};
@@ -62,6 +65,7 @@ pub struct Sampling {
     tasks: Vec<(usize, usize)>,
     tiles: MinMaxTiles,
     shares: Shares,
+    lights: PixelLights,
     workers: Vec<Worker>,
 }
 
@@ -75,6 +79,7 @@ impl Sampling {
             tasks: Vec::new(),
             tiles: MinMaxTiles::default(),
             shares: Shares::default(),
+            lights: PixelLights::default(),
             workers: Vec::new(),
         }
     }
@@ -92,6 +97,7 @@ impl Sampling {
             self.lay(frame, &epipole, options);
             let [width, height] = frame.size().map(|side| side as usize);
             self.shares.clear(width * height, channels);
+            self.lights.rebuild(frame, self.simd);
             self.workers.resize_with(parallel::worker_count(), Worker::default);
         }
         clock.lap(&mut stats, "set-up");
@@ -109,6 +115,7 @@ impl Sampling {
                 light: &light,
                 slices: &self.slices.slices,
                 shares: &self.shares,
+                lights: self.lights.all(),
                 options,
                 lattice: Lattice::new(options.downscale.factor()),
                 channels,
@@ -171,7 +178,7 @@ impl Sampling {
         let pixels = self.fan_pixels.iter().map(|fan| fan.ranges.capacity() * size_of::<[i32; 2]>());
         let workers = self.workers.iter().map(Worker::memory_bytes);
         let tasks = self.tasks.capacity() * size_of::<(usize, usize)>();
-        let rest = self.tiles.memory_bytes() + self.shares.memory_bytes();
+        let rest = self.tiles.memory_bytes() + self.shares.memory_bytes() + self.lights.memory_bytes();
         (slices + tasks + rest + pixels.chain(workers).sum::<usize>()) as u64
     }
 }
@@ -182,6 +189,7 @@ fn upscale(pass: &SamplingPass<'_>, workers: &mut [Worker]) {
     let rows = UpscalePass {
         frame,
         shares: pass.shares,
+        lights: pass.lights,
         lattice: pass.lattice,
         channels: pass.channels,
         threshold: pass.options.refinement,

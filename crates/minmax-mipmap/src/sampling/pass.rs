@@ -8,6 +8,7 @@ use scatter_core::at_level;
 use super::gap::{GapPass, LEFT_AT_ONCE, Side};
 use super::lattice::Lattice;
 use super::line_samples::{LineSamples, SampleSettings, light_ray};
+use super::pixel_lights::weight_of;
 use crate::options::{Edges, MOST_HALVINGS, Options};
 use crate::slices::{SliceMarch, SliceRay};
 
@@ -20,6 +21,8 @@ pub struct SamplingPass<'a> {
     pub light: &'a FrameLight<'a>,
     pub slices: &'a [Slice],
     pub shares: &'a Shares,
+    /// What pixels would have without a shadow; `None` where every ray sees light.
+    pub lights: Option<&'a [f32]>,
     pub options: &'a Options,
     pub lattice: Lattice,
     /// Channels whose shares differ, 1 or 3.
@@ -140,6 +143,7 @@ impl SamplingPass<'_> {
         let gap = GapPass {
             frame: self.scene.frame,
             shares: self.shares,
+            lights: self.lights,
             lattice: self.lattice,
             channels: self.channels,
             threshold: self.options.refinement,
@@ -197,11 +201,32 @@ impl SamplingPass<'_> {
                 before = Some(lit);
             });
         }
+        if self.lights.is_some() {
+            self.find_lights(&slice, march, samples);
+        }
         samples.march_edges();
         self.march(&slice, march, samples);
         counts.slices += 1;
         counts.samples += samples.count as u64;
         counts.marched += samples.marched.count();
+    }
+
+    /// Finds what all samples would have without a shadow. Where a cone begins there is an edge: no stretch is interpolated across.
+    fn find_lights(&self, slice: &SliceView<'_>, march: &mut SliceMarch, samples: &mut LineSamples) {
+        march.clear();
+        samples.rays.iter().for_each(|ray| march.unlit_ray(slice, ray));
+        march.sums.finish(self.light, self.scene.simd, true);
+        samples.lights.clear();
+        for ray in 0..samples.count {
+            let mut sum = 0.0;
+            for channel in 0..self.channels {
+                let [_, whole] = march.sums.light(ray, channel, self.channels);
+                samples.whole[channel][ray] = whole;
+                sum += whole;
+            }
+            samples.lights.push(weight_of(sum));
+        }
+        samples.find_rims();
     }
 
     /// Marches the samples that are marked, and fills in the others.
@@ -223,7 +248,8 @@ impl SamplingPass<'_> {
                     let [lit, whole] = march.sums.light(ray, channel, channels);
                     samples.lit[channel][index] = lit;
                     samples.whole[channel][index] = whole;
-                    samples.shares[channel][index] = march.sums.share(ray, channel, channels, white);
+                    let share = march.sums.share(ray, channel, channels, white);
+                    samples.shares[channel][index] = if samples.sees_light(index) { share } else { 0.0 };
                 }
                 (next, ray) = (samples.fresh.next(index + 1), ray + 1);
             }
@@ -237,7 +263,7 @@ impl SamplingPass<'_> {
         // which costs less than to choose.
         if let FrameLight::Sun { sigma_t, .. } = *self.light {
             at_level!(simd, samples.fill_wholes(sigma_t, channels));
-        } else {
+        } else if self.lights.is_none() {
             march.clear();
             samples.for_each_whole(channels, white, |index| march.unlit_ray(slice, &samples.rays[index]));
             march.sums.finish(self.light, simd, true);
@@ -339,6 +365,10 @@ fn differ([one, other]: [&LineSamples; 2], options: &Options, channels: usize) -
         let place = (one.first + one.step * index as f64 - other.first) / other.step + 0.5;
         let beside = (place.max(0.0) as usize).min(other.count - 1);
         let [a, b] = [one.ends[index], other.ends[beside]];
+        // What sees no light has no share.
+        if !one.sees_light(index) || !other.sees_light(beside) {
+            continue;
+        }
         // Two endless rays do not differ.
         if a != b && (a - b).abs() > options.refinement * a.min(b) {
             continue;

@@ -13,6 +13,8 @@ pub struct UpscalePass<'a> {
     pub frame: &'a Frame<'a>,
     /// Shares of the lattice's pixels; the others' are written here.
     pub shares: &'a Shares,
+    /// What pixels would have without a shadow; `None` where every ray sees light.
+    pub lights: Option<&'a [f32]>,
     /// Which pixels are known.
     pub lattice: Lattice,
     /// Channels whose shares differ, 1 or 3.
@@ -24,6 +26,12 @@ pub struct UpscalePass<'a> {
 }
 
 impl UpscalePass<'_> {
+    /// What weighs a pixel's share.
+    #[inline(always)]
+    fn light(&self, place: usize) -> f32 {
+        self.lights.map_or(1.0, |lights| lights[place])
+    }
+
     /// Fills the pixels of row `y` that are not of the lattice, or lists those that are to be marched.
     #[inline(always)]
     pub fn row(&self, y: u32, left: &mut Vec<[u32; 2]>) {
@@ -39,21 +47,28 @@ impl UpscalePass<'_> {
             let (columns, across) = lattice.around(x, width);
             let place = |x: u32, y: u32| y as usize * width as usize + x as usize;
             let own = place(x, y);
+            if self.light(own) == 0.0 {
+                (0..self.channels).for_each(|channel| self.shares.put(own, channel, 0.0));
+                continue;
+            }
             let end = depth[own].min(limit);
             let mut sums = [0.0f32; 3];
-            let mut sum = 0.0;
+            let (mut served, mut sum) = (0.0, 0.0);
             let mut best = (f32::NEG_INFINITY, own);
             for (row, side) in rows.into_iter().zip([1.0 - down, down]) {
                 for (column, part) in columns.into_iter().zip([1.0 - across, across]) {
                     let known = place(column, row);
                     let mut share = [0.0f32];
                     self.shares.read(known, 0, &mut share);
-                    // The pixel that the epipole hits is not known.
-                    if share[0] < 0.0 {
+                    let light = self.light(known);
+                    // The pixel that the epipole hits is not known, and what sees no light has no share.
+                    if share[0] < 0.0 || light == 0.0 {
                         continue;
                     }
                     let other = depth[known].min(limit);
-                    let weight = side * part * weight(end, other, self.threshold);
+                    let own = side * part * weight(end, other, self.threshold);
+                    let weight = own * light;
+                    served += own;
                     let near = if end == other { 1.0 } else { end.min(other) / end.max(other) };
                     if near > best.0 {
                         best = (near, known);
@@ -66,7 +81,7 @@ impl UpscalePass<'_> {
                     }
                 }
             }
-            if sum >= LEAST_WEIGHT {
+            if served >= LEAST_WEIGHT && sum > 0.0 {
                 for (channel, value) in sums[..self.channels].iter().enumerate() {
                     self.shares.put(own, channel, value / sum);
                 }
