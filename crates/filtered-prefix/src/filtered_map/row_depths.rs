@@ -3,7 +3,7 @@
 //!
 //! Klehm et al. (2014) have one range of z for the frustum, z being the tangent of the angle to the light's normal. Where the epipole is
 //! near, most of that range is that of a few view rays; `t/(1 + |t|)` of the tangent grows with the angle to within a factor of
-//! two (their depth warp of Section 5). What lies before all rays of a row, or behind, is no part of the basis.
+//! two (Section 5 wants a depth warp and gives none). What lies before all rays of a row, or behind, is no part of the basis.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, u32x16};
