@@ -85,3 +85,10 @@ pub(super) fn middle_of(slice: &SliceView<'_>, columns: &[u32]) -> u32 {
     }
     from
 }
+
+/// The column of the smallest angle to the light: the first or the last, since angles of a slice ascend or descend.
+pub(super) fn nearest_to_light(slice: &SliceView<'_>, columns: &[u32]) -> u32 {
+    let (first, last) = (columns[0], columns[columns.len() - 1]);
+    let cosine = |column: u32| slice.cosines()[column as usize];
+    if cosine(first) >= cosine(last) { first } else { last }
+}

@@ -5,7 +5,7 @@ use epipolar::driver::{SliceLight, SliceView};
 use scatter_core::RayLanes;
 
 use super::absorbed::absorbed;
-use super::band::{BandWeights, QueryRays, middle_of};
+use super::band::{BandWeights, QueryRays, middle_of, nearest_to_light};
 use super::difference::{
     from_even, from_even_relative, of_blend, of_blend_relative, of_log_range, of_log_range_relative,
 };
@@ -132,7 +132,9 @@ impl Weights {
         band.blend[..count].fill(0.0);
     }
 
-    /// A lamp: the middle view ray's own light, its cone included.
+    /// A lamp: the light of the view ray of the smallest angle to it, its cone included.
+    ///
+    /// It meets every light ray that the others of the band do; one in their middle does not, and what it never meets has no weight.
     #[inline(always)]
     pub(super) fn fill_lamp(
         &self,
@@ -145,9 +147,8 @@ impl Weights {
         let (Some(to_lamp), SliceLight::Lamp { .. }) = (self.to_lamp, slice.light) else { return };
         let count = rays.columns.len();
         let depth = to_lamp[channel];
-        let middle = middle_of(slice, rays.columns) as usize;
         let angle_of = |column: usize| [slice.sines()[column], slice.cosines()[column]];
-        let reference = angle_of(middle);
+        let reference = angle_of(nearest_to_light(slice, rays.columns) as usize);
         let BandWeights { starts: at_starts, ends, blend, apart, relative, rough, lamp, .. } = band;
         lamp.fill(slice, reference, if self.even { 0.0 } else { depth }, &self.phases[channel]);
         lamp.read(starts, &mut at_starts[0][..starts.len()]);

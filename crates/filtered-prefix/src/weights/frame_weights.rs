@@ -1,5 +1,7 @@
 //! The weights of a frame's light rays: what they are of, and which view rays share them.
 
+use std::ops::Range;
+
 use epipolar::driver::SliceView;
 use scatter_core::Setup;
 
@@ -15,6 +17,9 @@ const WIDEST: f64 = 4.0;
 
 /// Columns of a band without knots: filtering its rows costs about what asking them does.
 const MOST_COLUMNS: u32 = 64;
+
+/// Largest ratio of the sines of a lamp's band: beside the epipole the light rays that view rays meet differ as those do.
+const MOST_ALIKE: f32 = 1.25;
 
 /// Weights of a frame's light rays.
 #[derive(Debug, Default)]
@@ -76,7 +81,12 @@ impl Weights {
         if !self.is_plain_sun() || self.even {
             // The fewer view rays, the nearer is each to its reference, and the less of the row is in doubt.
             let last = columns[first] + MOST_COLUMNS;
-            return first + columns[first..].partition_point(|&column| column < last);
+            let end = first + columns[first..].partition_point(|&column| column < last);
+            return if self.to_lamp.is_some() && !self.even {
+                alike_end(slice, columns, first..end)
+            } else {
+                end
+            };
         }
         let sines = slice.sines();
         let [near, far] = self.knots(channel, sines[columns[first] as usize]);
@@ -122,4 +132,12 @@ impl Weights {
             self.fill_blend(channel, slice, rays, starts, band);
         }
     }
+}
+
+/// The end of the view rays around a lamp whose sines are like the first's.
+fn alike_end(slice: &SliceView<'_>, columns: &[u32], rays: Range<usize>) -> usize {
+    let sine = |query: usize| slice.sines()[columns[query] as usize];
+    let own = sine(rays.start);
+    let alike = |&query: &usize| sine(query) <= own * MOST_ALIKE && own <= sine(query) * MOST_ALIKE;
+    rays.start + rays.take_while(alike).count().max(1)
 }

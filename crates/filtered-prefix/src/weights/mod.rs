@@ -5,7 +5,7 @@
 //! | --- | --- | --- |
 //! | sun, uniform medium | knots in 1/sin β, as near as the tolerance asks | between two, linear in 1/sin β |
 //! | sun, height fog | the slice's middle view ray, by its own transmittances | – |
-//! | lamp | the slice's middle view ray, its cone included | – |
+//! | lamp | the view ray of a band's smallest angle to it, its cone included | – |
 //! | any, averages | even weights (a lamp's: even in the angle at the lamp, times its cone) | – |
 //!
 //! Departure from Section 3.2, which has one reference ray a slice: it is then off by as much as view rays of a slice differ. A blend
