@@ -225,7 +225,7 @@ impl<T: Number> Fetched<'_, T> {
         let Answers { a_texel, width, sides, .. } = *self.map;
         let Texels { first, weights } = &self.texels;
         let right = if self.map.is_bilinear && width > 1 { a_texel } else { 0 };
-        let [up, down] = [0, 1].map(|row| first[row][lane] as usize * a_texel);
+        let (up, down) = (first[0][lane] as usize * a_texel, first[1][lane] as usize * a_texel);
         for (block, means) in means.chunks_exact_mut(EIGHT).enumerate() {
             let add = |sum: f32x8<S>, texel: usize, corner: usize| {
                 let weight = f32x8::splat(simd, weights[corner][lane]);

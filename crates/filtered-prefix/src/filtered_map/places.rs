@@ -106,10 +106,12 @@ impl<'a> RayEnds<'a> {
         rows: [u32; 2],
     ) -> Places<S> {
         let of = |value: f32| f32x16::splat(simd, value);
-        let [b, n, a, row] = self.parts.map(
-            #[inline(always)]
-            |[first, column, row]| x.mul_add(of(column), y.mul_add(of(row), of(first))),
-        );
+        // (One by one: a function that `map` calls is not compiled for the CPU's vectors.)
+        let linear = |part: usize| {
+            let [first, column, row] = self.parts[part];
+            x.mul_add(of(column), y.mul_add(of(row), of(first)))
+        };
+        let (b, n, a, row) = (linear(0), linear(1), linear(2), linear(3));
         // Of the ray's part in the plane of all light's normals, and of the ray.
         let flat = n.mul_add(n, b * b);
         let length = a.mul_add(a, flat).sqrt();
@@ -123,7 +125,7 @@ impl<'a> RayEnds<'a> {
             Some(distance) => (of(distance) * length / ends - a) * per_b,
         };
         let place = (row * per_b - of(self.shift)).max(of(0.0));
-        let [first, last] = rows.map(|row| u32x16::splat(simd, row));
+        let (first, last) = (u32x16::splat(simd, rows[0]), u32x16::splat(simd, rows[1]));
         let rows = place.to_int::<u32x16<S>>().max(first).min(last);
         let downs = (place - rows.to_float::<f32x16<S>>()).max(of(0.0)).min(of(1.0));
         let [firsts, scales] = self.row_depths.at(simd, rows, downs);

@@ -111,12 +111,12 @@ impl References {
     #[inline(always)]
     pub fn blend<S: Simd>(&self, simd: S, at: f32x16<S>, ways: f32x16<S>) -> (mask32x16<S>, f32x16<S>) {
         let of = |value: f32| f32x16::splat(simd, value);
-        let [a, b, c] = self.knots.map(of);
+        let (a, b, c) = (of(self.knots[0]), of(self.knots[1]), of(self.knots[2]));
         // With two there is nothing beyond the second, with one nothing beyond the first.
         let middle = if self.count < MOST { of(f32::INFINITY) } else { b };
         let is_far = at.simd_ge(middle);
         let (low, high) = (is_far.select(b, a), is_far.select(c, b));
-        let [first, second] = self.per_step.map(of);
+        let (first, second) = (of(self.per_step[0]), of(self.per_step[1]));
         let at = at.max(low).min(high);
         let straight = (at - low) * is_far.select(second, first);
         // A lamp's directions may be 0, and have no depth.
