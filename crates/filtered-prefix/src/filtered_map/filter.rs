@@ -125,10 +125,12 @@ impl<'a> RowFilter<'a> {
                         let (weight, inverse) =
                             (f64::from(block.weights[reference][lane]), inverses[reference][lane]);
                         let out = &mut numbers[reference * side + first..][..A];
+                        let mut means = [0.0f32; A];
                         for k in 0..A {
                             sums[k] += weight * f64::from(terms[k]);
-                            out[k] = T::pack((sums[k] * inverse) as f32);
+                            means[k] = (sums[k] * inverse) as f32;
                         }
+                        T::pack_all(&means, out);
                     }
                 }
             },

@@ -3,6 +3,7 @@
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 
 use crate::storage::Storage;
 
@@ -12,6 +13,14 @@ pub trait Number: Copy + Send + Sync {
     fn pack(value: f32) -> Self;
     /// The rounded number.
     fn unpack(self) -> f32;
+
+    /// Rounds as many numbers as there are.
+    #[inline(always)]
+    fn pack_all(values: &[f32], out: &mut [Self]) {
+        for (out, &value) in out.iter_mut().zip(values) {
+            *out = Self::pack(value);
+        }
+    }
 
     /// The first [`EIGHT`] of some numbers.
     #[inline(always)]
@@ -59,6 +68,19 @@ impl Number for f16 {
     #[inline(always)]
     fn unpack(self) -> f32 {
         self.to_f32()
+    }
+
+    /// By the CPU's own instruction where it has one.
+    #[inline(always)]
+    fn eight<S: Simd>(simd: S, numbers: &[Self]) -> f32x8<S> {
+        let mut values = [0.0; EIGHT];
+        numbers[..EIGHT].convert_to_f32_slice(&mut values);
+        f32x8::from_slice(simd, &values)
+    }
+
+    #[inline(always)]
+    fn pack_all(values: &[f32], out: &mut [Self]) {
+        out.convert_from_f32_slice(values);
     }
 }
 
