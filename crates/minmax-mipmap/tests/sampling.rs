@@ -99,7 +99,7 @@ fn the_finest_settings_come_near_the_exact_walk_and_so_do_slices() {
     }
 }
 
-fn fog() -> scatter_core::Medium {
+fn fog() -> Medium {
     let falloff = HeightFalloff::new([0.1, 1.0, 0.0], 0.5, 1.5).unwrap();
     coloured_medium().with_height_falloff(falloff)
 }
@@ -168,8 +168,7 @@ fn instruction_sets_agree_and_what_needs_an_eye_is_refused() {
     // Products are fused in one and not in the other.
     assert!(rel_rmse(&images[0], &images[1]) < 1e-5);
 
-    let camera =
-        scatter_core::Camera::orthographic([0.0, 0.0, 6.0], [0.0; 3], [0.0, 1.0, 0.0], 4.0, [61, 43]);
+    let camera = Camera::orthographic([0.0, 0.0, 6.0], [0.0; 3], [0.0, 1.0, 0.0], 4.0, [61, 43]);
     let orthographic = OwnedFrame { camera: camera.unwrap(), ..frame };
     let lamp =
         OwnedFrame { medium: fog(), ..OwnedFrame::stock(MapKind::Point, [9, 5], 8, Filling::Constant(3.0)) };

@@ -130,8 +130,8 @@ impl<const N: usize, const A: usize, const P: usize> MapBasis for Moments<N, A, 
         let doubt = number(1).max(of(0.0));
         let inverse = of(1.0) / doubt.max(of(1e-12));
         let mut moments = [of(1.0); MOST_POWERS];
-        for power in 1..=2 * N {
-            moments[power] = number(BESIDE + power - 1) * inverse;
+        for (index, moment) in moments[1..=2 * N].iter_mut().enumerate() {
+            *moment = number(BESIDE + index) * inverse;
         }
         // The depths' places in the range of moments.
         let margin = f64::from(MARGIN);
