@@ -7,6 +7,7 @@ use scatter_core::{
 };
 
 use crate::estimate::predicted;
+use crate::filtered_map::most_bytes;
 use crate::fourier::FOURIER_COUNTS;
 use crate::moments::COUNTS;
 use crate::options::{Basis, DepthRange, Depths, Fetch, Filter, ID, Options, Rectification, Weighting};
@@ -288,18 +289,16 @@ impl Configurable for FilteredPrefixTechnique {
     }
 
     fn bytes_of_own_maps(&self, options: &Options) -> u64 {
-        let Options { rectification, own_map, fetch, storage, coefficients, .. } = *options;
+        let Options { rectification, own_map, fetch, .. } = *options;
         if rectification == Some(Rectification::Resampled) && fetch == Fetch::Exact {
             return 0;
         }
         // Depths, and those of one split as a source makes them.
-        let depths = 2 * size_of::<f32>() as u64;
-        let filtered = match fetch {
-            Fetch::Exact => 0,
-            // A row has up to three reference rays, each with two numbers beside the basis.
-            Fetch::Bilinear | Fetch::Nearest => 3 * (u64::from(coefficients) + 2) * storage.bytes() as u64,
-        };
-        u64::from(own_map.columns) * u64::from(own_map.rows) * (depths + filtered)
+        let depths = 2 * size_of::<f32>() as u64 * u64::from(own_map.columns) * u64::from(own_map.rows);
+        match fetch {
+            Fetch::Exact => depths,
+            Fetch::Bilinear | Fetch::Nearest => depths + most_bytes(options) as u64,
+        }
     }
 }
 

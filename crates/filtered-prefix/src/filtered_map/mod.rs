@@ -134,6 +134,13 @@ impl FilteredMap {
     }
 }
 
+/// Bytes of numbers that fetches with these options may hold, over all threads: a row has up to three references.
+pub fn most_bytes(options: &Options) -> usize {
+    let a_texel = (options.coefficients as usize + filter::BESIDE) * references::MOST;
+    let a_row = a_texel * options.own_map.columns as usize * options.storage.bytes();
+    parallel::worker_count() * strips::kept_rows(a_row) * a_row
+}
+
 /// Filter and answers of a frame, task by task.
 struct Work<'a> {
     simd: Level,

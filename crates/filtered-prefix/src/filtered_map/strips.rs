@@ -15,6 +15,16 @@ const BYTES: usize = 1 << 20;
 /// Fewest and most rows of numbers that are kept; powers of two.
 const KEPT: [usize; 2] = [4, 16];
 
+/// Rows that are kept at a time, of so many bytes each; a power of two.
+pub fn kept_rows(bytes_a_row: usize) -> usize {
+    let [fewest, most] = KEPT;
+    let mut kept = fewest;
+    while kept < most && 2 * kept * bytes_a_row <= BYTES {
+        kept *= 2;
+    }
+    kept
+}
+
 /// How a frame's pixels are cut into strips and tasks.
 #[derive(Debug, Clone, Copy)]
 pub struct Strips {
@@ -49,11 +59,7 @@ impl Strips {
         (map_rows, bytes_a_row): (usize, usize),
         is_bilinear: bool,
     ) -> Self {
-        let [fewest, most] = KEPT;
-        let mut kept = fewest;
-        while kept < most && 2 * kept * bytes_a_row <= BYTES {
-            kept *= 2;
-        }
+        let kept = kept_rows(bytes_a_row);
         let is_bilinear = is_bilinear && map_rows > 1;
         let firsts = if is_bilinear { map_rows - 1 } else { map_rows };
         Self { rows, size: size.map(|side| side as usize), map_rows, firsts, kept, is_bilinear }
