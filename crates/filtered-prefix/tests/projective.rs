@@ -366,6 +366,34 @@ fn one_fetch_a_pixel_misses_what_the_map_and_the_basis_miss() {
 /// Optical depths of the longest ray, as in the paper's Fig. 3, and what average visibility may be off by at the most, of the
 /// unoccluded light: `max over v of (1 − e^{−τv})/(1 − e^{−τ}) − v`.
 #[test]
+fn a_map_of_one_row_has_no_second_one_to_blend_with() {
+    for light in [sun(), lamp()] {
+        with_frame(&light, [0.0, 1.4, 0.0], 48, |boards, frame| {
+            let frame = &frame.with_map_source(boards);
+            let fetch = |fetch, columns, rows| {
+                let own_map = OwnMapSettings { columns, rows, splits: 4 };
+                let own = options(Some(Rectification::Projective), 48);
+                let (image, stats) = render(frame, Options { fetch, own_map, certified: false, ..own });
+                assert_eq!(stats.counts.get("walked pixels"), Some(0));
+                image.inscattered().iter().map(|rgb| f64::from(rgb[0])).collect::<Vec<_>>()
+            };
+            let nearest = fetch(Fetch::Nearest, 2048, 1);
+            let bilinear = fetch(Fetch::Bilinear, 2048, 1);
+            let mean = nearest.iter().sum::<f64>() / nearest.len() as f64;
+            let off = bilinear.iter().zip(&nearest).map(|(a, b)| (a - b).abs()).sum::<f64>();
+            let off = off / nearest.len() as f64 / mean;
+            println!("one row: bilinear and nearest fetches are {off:.1e} apart");
+            // They differ by half a texel along the row, of which a split has 512: about that part of the light.
+            assert!(off < 2.0 / 512.0);
+            // One column, and one texel, have a mean all the same.
+            for (columns, rows) in [(4, 64), (4, 1)] {
+                assert!(fetch(Fetch::Bilinear, columns, rows).iter().all(|value| value.is_finite()));
+            }
+        });
+    }
+}
+
+#[test]
 fn reference_rays_mend_what_average_visibility_misses_in_thick_media() {
     let depths = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
     let mut curve = Vec::new();

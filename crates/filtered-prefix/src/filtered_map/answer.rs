@@ -2,26 +2,22 @@
 
 use epipolar::driver::Shares;
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, f32x16, u32x16};
+use fearless_simd::{f32x16, u32x16};
 use scatter_core::Frame;
 
 use super::basis::MapBasis;
-use super::filter::BESIDE;
-use super::numbers::{EIGHT, Number};
-use super::places::{Places, RayEnds};
+use super::fetched::{Fetched, TexelLayout};
+use super::numbers::Number;
+use super::places::RayEnds;
 
 use super::references::References;
 use super::row_depths::RowDepths;
 use super::strips::Strip;
 use super::turned::LANES;
-use crate::options::Fetch;
 use crate::projective::{OwnMap, Rectification};
 
 /// Pixels that are collected before they are answered.
 const WAITING: usize = 256;
-
-/// Texels about a place, of one reference.
-const CORNERS: usize = 4;
 
 /// Numbers of the lanes.
 const LANE: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
@@ -34,38 +30,19 @@ pub struct Answers<'a> {
     frame: &'a Frame<'a>,
     ends: RayEnds<'a>,
     shares: &'a Shares,
-    /// References of the map, and those of a pixel: one or two.
-    references: usize,
-    sides: usize,
-    /// Numbers of a texel.
-    a_texel: usize,
-    width: usize,
-    /// Rows of numbers that are kept, less one.
-    last_kept: usize,
-    is_bilinear: bool,
+    layout: TexelLayout,
 }
 
 impl<'a> Answers<'a> {
-    /// For a frame and its map, with so many numbers of a basis and rows that are kept.
+    /// For a frame and its map, whose strips' numbers lie like that.
     pub fn new(
-        (frame, map, rectification): (&'a Frame<'a>, &OwnMap, &Rectification),
+        shared: (&'a Frame<'a>, &OwnMap, &Rectification),
         (row_depths, references): (&'a RowDepths, References),
-        (count, kept): (usize, usize),
-        fetch: Fetch,
+        layout: TexelLayout,
         shares: &'a Shares,
     ) -> Self {
-        let is_bilinear = fetch != Fetch::Nearest;
-        Self {
-            frame,
-            ends: RayEnds::new((frame, map, rectification), row_depths, references, is_bilinear),
-            shares,
-            references: references.count(),
-            sides: references.count().min(2),
-            a_texel: count + BESIDE,
-            width: map.width(),
-            last_kept: kept - 1,
-            is_bilinear,
-        }
+        let ends = RayEnds::new(shared, row_depths, references, layout.blends_rows);
+        Self { frame: shared.0, ends, shares, layout }
     }
 
     /// Answers the pixels of a strip from its rows' numbers, `[row % kept][reference][column][number]`.
@@ -128,7 +105,7 @@ impl<'a> Answers<'a> {
     /// What sixteen pixels fetch, and their depths among the row's view rays.
     #[inline(always)]
     fn fetched<'n, S: Simd, T: Number>(
-        &'n self,
+        &self,
         simd: S,
         strip: &Strip,
         (pixels, first): (&Pixels, usize),
@@ -141,38 +118,7 @@ impl<'a> Answers<'a> {
         let ends = f32x16::from_slice(simd, &pixels.ends[first..][..LANES]).min(limit);
         let rows = [strip.first as u32, strip.end as u32 - 1];
         let places = self.ends.find(simd, [x, y], ends, rows);
-        (Fetched { map: self, numbers, texels: self.texels(simd, &places) }, places.depths)
-    }
-
-    /// The texels about the pixels' places. The means of column i hold up to its far border, so that a ray that ends at i + 1 has
-    /// them to itself.
-    #[inline(always)]
-    fn texels<S: Simd>(&self, simd: S, places: &Places<S>) -> Texels {
-        let of = |value: f32| f32x16::splat(simd, value);
-        let whole = |value: usize| u32x16::splat(simd, value as u32);
-        let (zero, one) = (of(0.0), of(1.0));
-        // The first of two neighbours, and the part of the second: all of it beyond the last.
-        let (column, u, v) = if self.is_bilinear {
-            let at = (places.columns - one).max(zero);
-            let column = at.to_int::<u32x16<S>>().min(whole(self.width.saturating_sub(2)));
-            (column, (at - column.to_float::<f32x16<S>>()).min(one), places.downs)
-        } else {
-            (places.columns.to_int::<u32x16<S>>().min(whole(self.width - 1)), zero, zero)
-        };
-        let mut texels = Texels { first: [[0; LANES]; 2], weights: [[0.0; LANES]; 2 * CORNERS] };
-        let column = column + places.is_far.select(whole(self.width), whole(0));
-        let a_row = whole(self.references * self.width);
-        for (row, first) in [places.rows, places.rows + 1].into_iter().zip(&mut texels.first) {
-            ((row & self.last_kept as u32) * a_row + column).store_slice(first);
-        }
-        let (up, down) = (one - v, v);
-        let corners = [(one - u) * up, u * up, (one - u) * down, u * down];
-        let (near, far) = (one - places.parts, places.parts);
-        for (corner, &weight) in corners.iter().enumerate() {
-            (weight * near).store_slice(&mut texels.weights[corner]);
-            (weight * far).store_slice(&mut texels.weights[CORNERS + corner]);
-        }
-        texels
+        (Fetched::new(simd, self.layout, numbers, &places), places.depths)
     }
 }
 
@@ -201,45 +147,5 @@ impl Pixels {
         self.packed.copy_within(answered..self.count, 0);
         self.ends.copy_within(answered..self.count, 0);
         self.count -= answered;
-    }
-}
-
-/// Four texels about each of some pixels' places, of each of its references.
-struct Texels {
-    /// The first ones of the two rows, and of the first reference.
-    first: [[u32; LANES]; 2],
-    weights: [[f32; LANES]; 2 * CORNERS],
-}
-
-/// What pixels fetch.
-pub struct Fetched<'a, T> {
-    map: &'a Answers<'a>,
-    numbers: &'a [T],
-    texels: Texels,
-}
-
-impl<T: Number> Fetched<'_, T> {
-    /// The numbers at a pixel's place, blended: as many as `means` has, of which those of the basis mean something.
-    #[inline(always)]
-    pub fn means<S: Simd>(&self, simd: S, lane: usize, means: &mut [f32]) {
-        let Answers { a_texel, width, sides, .. } = *self.map;
-        let Texels { first, weights } = &self.texels;
-        let right = if self.map.is_bilinear && width > 1 { a_texel } else { 0 };
-        let (up, down) = (first[0][lane] as usize * a_texel, first[1][lane] as usize * a_texel);
-        for (block, means) in means.chunks_exact_mut(EIGHT).enumerate() {
-            let add = |sum: f32x8<S>, texel: usize, corner: usize| {
-                let weight = f32x8::splat(simd, weights[corner][lane]);
-                T::eight(simd, &self.numbers[texel..][..EIGHT]).mul_add(weight, sum)
-            };
-            let mut rows = [f32x8::splat(simd, 0.0); 2];
-            for side in 0..sides {
-                let (from, corner) = (side * width * a_texel + block * EIGHT, side * CORNERS);
-                rows[0] = add(rows[0], up + from, corner);
-                rows[0] = add(rows[0], up + from + right, corner + 1);
-                rows[1] = add(rows[1], down + from, corner + 2);
-                rows[1] = add(rows[1], down + from + right, corner + 3);
-            }
-            (rows[0] + rows[1]).store_slice(means);
-        }
     }
 }

@@ -4,7 +4,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, f64x8};
 
-use super::answer::Fetched;
+use super::fetched::Fetched;
 use super::filter::{BESIDE, MARGIN, MOST, RowFilter, place};
 use super::numbers::{EIGHT, Number};
 use super::turned::{LANES, by_number};

@@ -13,6 +13,7 @@
 
 mod answer;
 mod basis;
+mod fetched;
 mod filter;
 mod numbers;
 mod places;
@@ -33,6 +34,7 @@ use scatter_core::{
 
 use self::answer::Answers;
 use self::basis::{MapBasis, Moments, Series};
+use self::fetched::TexelLayout;
 use self::filter::RowFilter;
 use self::numbers::{Number, Numbers};
 use self::places::RowPlaces;
@@ -90,22 +92,26 @@ impl FilteredMap {
         self.row_depths.fill(map, rectification, frame.camera());
         let area = frame.size().map(|side| side as usize).iter().product();
         self.shares.clear(area, 1);
-        let count = options.coefficients as usize;
-        let a_texel = (count + filter::BESIDE) * references.count();
+        let is_bilinear = options.fetch != Fetch::Nearest;
+        let a_side = options.coefficients as usize + filter::BESIDE;
+        let a_texel = a_side * references.count();
         let a_row = a_texel * map.width();
         let bytes = options.storage.bytes();
         let rows = (map.row_count(), a_row * bytes);
-        let strips = Strips::new(RowPlaces::new(shared), frame.size(), rows, options.fetch != Fetch::Nearest);
+        let strips = Strips::new(RowPlaces::new(shared), frame.size(), rows, is_bilinear);
+        let layout = TexelLayout {
+            references: references.count(),
+            sides: references.count().min(2),
+            a_texel: a_side,
+            width: map.width(),
+            last_kept: strips.kept() - 1,
+            blends_columns: is_bilinear,
+            blends_rows: strips.blends_rows(),
+        };
         let work = Work {
             simd: self.simd,
             filter: RowFilter::new(shared, &self.row_depths, references, sigma),
-            answers: Answers::new(
-                shared,
-                (&self.row_depths, references),
-                (count, strips.kept()),
-                options.fetch,
-                &self.shares,
-            ),
+            answers: Answers::new(shared, (&self.row_depths, references), layout, &self.shares),
             strips,
             a_row,
             options,

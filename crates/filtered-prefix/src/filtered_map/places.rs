@@ -57,7 +57,7 @@ pub struct RayEnds<'a> {
     /// `b`, `n`, `a` and the numerator of a row's place, of the first pixel, and of a step of columns and rows.
     parts: [[f32; 3]; 4],
     lamp: Option<f32>,
-    /// Where a row begins: at its middle, or at its border in a nearest fetch.
+    /// Where a row begins: at its middle, or at its border where rows are not blended.
     shift: f32,
     /// κ at which each split begins, and columns a unit of κ that it has.
     splits: [[f32; 2]; MOST_SPLITS],
@@ -71,7 +71,7 @@ impl<'a> RayEnds<'a> {
         (frame, map, rectification): (&Frame<'_>, &OwnMap, &Rectification),
         row_depths: &'a RowDepths,
         references: References,
-        is_bilinear: bool,
+        blends_rows: bool,
     ) -> Self {
         let Rectification { along, across, to_light, lamp, .. } = *rectification;
         let directions = Rectification::view_rays(frame.camera());
@@ -88,7 +88,7 @@ impl<'a> RayEnds<'a> {
             references,
             parts: [along_axis(along), along_axis(across), along_axis(to_light), rows],
             lamp: lamp.map(|distance| distance as f32),
-            shift: if is_bilinear { 0.5 } else { 0.0 },
+            shift: if blends_rows { 0.5 } else { 0.0 },
             splits,
             split_count: map.split_count() as usize,
             a_split,

@@ -35,7 +35,7 @@ pub struct Strips {
     firsts: usize,
     /// Rows of numbers that are kept at a time; a power of two.
     kept: usize,
-    is_bilinear: bool,
+    blends_rows: bool,
 }
 
 /// The pixels of some rows.
@@ -60,14 +60,19 @@ impl Strips {
         is_bilinear: bool,
     ) -> Self {
         let kept = kept_rows(bytes_a_row);
-        let is_bilinear = is_bilinear && map_rows > 1;
-        let firsts = if is_bilinear { map_rows - 1 } else { map_rows };
-        Self { rows, size: size.map(|side| side as usize), map_rows, firsts, kept, is_bilinear }
+        let blends_rows = is_bilinear && map_rows > 1;
+        let firsts = if blends_rows { map_rows - 1 } else { map_rows };
+        Self { rows, size: size.map(|side| side as usize), map_rows, firsts, kept, blends_rows }
     }
 
     /// Rows of numbers that are kept; row r is kept as number `r % kept`.
     pub fn kept(&self) -> usize {
         self.kept
+    }
+
+    /// Whether pixels lie between two rows: in bilinear fetches from maps of several.
+    pub fn blends_rows(&self) -> bool {
+        self.blends_rows
     }
 
     /// Rows of a strip: those that are kept, but for the one behind its last pixels.
@@ -91,8 +96,8 @@ impl Strips {
         let strips = (0..self.strips_a_task()).map(move |index| first + index * self.a_strip());
         strips.take_while(|&row| row < self.firsts).map(move |row| {
             let end = (row + self.a_strip()).min(self.firsts);
-            let needed = if self.is_bilinear { end + 1 } else { end };
-            let shared = usize::from(self.is_bilinear && row > first);
+            let needed = if self.blends_rows { end + 1 } else { end };
+            let shared = usize::from(self.blends_rows && row > first);
             Strip {
                 first: row,
                 end,
@@ -105,7 +110,7 @@ impl Strips {
 
     /// Where pixels whose first row is `row` begin.
     fn border(&self, row: usize) -> Border {
-        let shift = if self.is_bilinear { 0.5 } else { 0.0 };
+        let shift = if self.blends_rows { 0.5 } else { 0.0 };
         Border(self.rows.behind(row as f64 + shift))
     }
 }

@@ -3,8 +3,9 @@
 use scatter_core::ScatterImage;
 
 use super::cell::{Cell, Miss};
-use super::row::{CLOSED_FORM, FILM};
+use super::row::CLOSED_FORM;
 use crate::checks::finite::first_insane;
+use crate::contender::FILM;
 use crate::texel_cells::Expected;
 
 /// How an image is judged.

@@ -85,10 +85,6 @@ pub const ROUNDING: f64 = 1e-6;
 /// forms of it are stated to 5e-6 (sun) and 3e-5 (lamps); an f32 sum of a thousand terms loses 1e-4 at worst.
 pub const CLOSED_FORM: f64 = 1e-4;
 
-/// How far p99 and RMS of a technique may be off elsewhere, as a share of the unoccluded values: the film level. A
-/// technique promises that level against R ≤ the unoccluded value, and its finest rung must reach it.
-pub const FILM: f64 = 0.01;
-
 impl StressRow {
     /// A row that compares with the brute-force image.
     pub fn image(
