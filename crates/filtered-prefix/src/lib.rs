@@ -11,8 +11,8 @@
 //!                                  ──▶ where the certificate does not suffice: lit stretches, in closed form (exact)
 //! ```
 //!
-//! Rows may be those of a map of the technique's own ([`projective`]), and that map may be filtered as a whole, with one fetch a pixel, as
-//! in the paper ([`filtered_map`]).
+//! Rows may be those of a map of the technique's own ([`projective`]), and all rows of that map may be filtered, with one fetch a
+//! pixel, as in the paper ([`filtered_map`]).
 //!
 //! The slices, their spacing and the way back to pixels are [`epipolar::driver`]'s.
 

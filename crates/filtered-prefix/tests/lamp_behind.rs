@@ -33,6 +33,9 @@ fn uncertified_rows_know_all_light_rays_that_their_view_rays_meet() {
             let off = (f64::from(image.at(x, y)[0]) - lit).abs() / whole;
             worst = worst.max(off);
         }
+        println!("largest error of a pixel, of its unoccluded light: {worst:.1e}");
+        // One surface is exact to the bias of 5e-6; a band's rays share weights, and what they have of a light ray differs by the ratio of
+        // sines at which bands end, 1.25: half the L1 distance of such weights is at most tanh(ln 1.25 / 4) = 0.056.
         assert!(worst < 0.05, "{worst}");
     });
 }

@@ -9,7 +9,7 @@
 //! Its cost follows from the picture and the map alone, and so does its memory; it promises nothing. What the crate does by itself
 //! (rows of exact runs, certificates) has none of this map. The paper filters the whole map before the first pixel; here the pixels
 //! of a few rows are answered as soon as those are filtered (`strips`), so that numbers are read where they were written, in a CPU's
-//! cache: the same numbers, and a fiftieth of the memory.
+//! cache: the same numbers, from about a megabyte a thread.
 
 mod answer;
 mod basis;

@@ -2,7 +2,7 @@
 //!
 //! A pixel lies between the middles of two rows. Borders of rows are straight lines in the image (`n·p = c·b·p`), so the pixels of some
 //! neighbouring rows are one run of columns in each image row. Rows are filtered strip by strip, and their pixels answered while
-//! the strip's numbers are still in the CPU's cache: a whole map of them would be fifty times as large.
+//! the strip's numbers are still in the CPU's cache; a whole map of them has no room there.
 
 use super::places::RowPlaces;
 

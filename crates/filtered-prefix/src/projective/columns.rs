@@ -103,8 +103,8 @@ fn light(extinction: f64, place: f64) -> f64 {
     f64::from(sun_interval_f32(extinction as f32, 0.0, place as f32)).max(f64::MIN_POSITIVE)
 }
 
-/// Where a function that grows takes a value, by regula falsi in log (Illinois: an end that stays counts half), to 1e-6 of the range of
-/// values: some eight of the function's values, each of which asks all rays.
+/// Where a function that grows takes a value, by regula falsi in log (Illinois: an end that stays counts half), to 1e-6 of that
+/// value: some eight of the function's values, each of which asks all rays.
 fn crossing([mut low, mut high]: [f64; 2], value: f64, grows: impl Fn(f64) -> f64) -> f64 {
     const CLOSE: f64 = 1e-6;
     let missing = |place: f64| grows(place) - value;

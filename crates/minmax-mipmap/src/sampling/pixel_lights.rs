@@ -29,8 +29,8 @@ pub struct PixelLights {
 impl PixelLights {
     /// Of a frame: one a pixel around a spot, none elsewhere, where every ray sees light. O(pixels).
     pub fn rebuild(&mut self, frame: &Frame<'_>, simd: Level) {
-        self.lights.clear();
         if !matches!(frame.light(), Light::Spot(_)) {
+            self.lights.clear();
             return;
         }
         let [width, height] = frame.size().map(|side| side as usize);
